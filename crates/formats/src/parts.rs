@@ -15,7 +15,7 @@ use crate::xml::Element;
 /// More parts of one sort than this are refused, so that a small file cannot fill the memory by repetition.
 const MAX_PARTS: usize = 1_000_000;
 
-/// Limits of joints from here on are none: files write "no limit" as a large or infinite number.
+/// Limits of joints from here on are none: files write "no limit" as a large number, SDFormat as 1e16, or an infinite one.
 const UNLIMITED: f64 = 1e15;
 
 /// The limits of a joint with these ends; of one side alone the other is as good as none.

@@ -42,14 +42,18 @@ impl Workspace {
         if work <= 0.0 || !settings.correction_speed.is_finite() {
             return Ok(verdict);
         }
-        self.moving.reach(&self.builder.problem, &self.solution);
-        let (mass, inertia) = self.moving.reached();
         let [speed, turn] = [settings.correction_speed, settings.correction_angular_speed].map(|speed| SPEEDS * speed);
-        let mut bound = 0.5 * mass * speed * speed;
-        // The speed may be infinite, and nothing may turn.
-        if inertia > 0.0 {
-            bound += 0.5 * inertia * turn * turn;
+        let energy_of = |(mass, inertia): (f64, f64)| {
+            // The speed may be infinite, and nothing may turn.
+            let turning = if inertia > 0.0 { 0.5 * inertia * turn * turn } else { 0.0 };
+            0.5 * mass * speed * speed + turning
+        };
+        // In most steps it is so little that the lightest tree may have it.
+        if work <= energy_of(self.moving.least()) {
+            return Ok(verdict);
         }
+        self.moving.reach(&self.builder.problem, &self.solution);
+        let mut bound = energy_of(self.moving.reached());
         if work <= bound {
             return Ok(verdict);
         }

@@ -10,6 +10,8 @@ pub(crate) struct Moving {
     mass: Vec<f64>,
     /// The armatures of its other joints, kg m²: some robots have no other inertia.
     inertia: Vec<f64>,
+    /// The least mass of a tree, and the least sum of its armatures.
+    least: (f64, f64),
     /// Which trees corrections move.
     is_reached: Vec<bool>,
 }
@@ -28,7 +30,9 @@ impl Moving {
             let sum = if matches!(joint.kind, JointKind::Slide { .. }) { &mut mass } else { &mut inertia };
             sum[matrix.block_of(joint.v_index)] += joint.armature;
         }
-        Self { bodies: MovingBodies::of(model), mass, inertia, is_reached: vec![false; trees] }
+        let least = |of: &[f64]| of.iter().copied().reduce(f64::min).unwrap_or(0.0);
+        let least = (least(&mass), least(&inertia));
+        Self { bodies: MovingBodies::of(model), mass, inertia, least, is_reached: vec![false; trees] }
     }
 
     /// Finds the trees that the corrections of a solution move: those that have some, and what is moved with them by constraints and by contacts that
@@ -57,6 +61,11 @@ impl Moving {
                 }
             }
         }
+    }
+
+    /// No more than any tree has: mass, kg, and armatures of joints that turn, kg m².
+    pub fn least(&self) -> (f64, f64) {
+        self.least
     }
 
     /// Mass, kg, and armatures of joints that turn, kg m², of the trees that are reached.

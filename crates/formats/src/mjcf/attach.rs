@@ -137,9 +137,9 @@ fn attach(
         tree.set_attribute(index, "childclass", &class);
     }
     tree.move_to_root(&sections.iter().map(|k| k + offset).collect::<Vec<_>>());
-    let earlier = other.map_or_else(|| arrivals.clone(), |model| model.arrivals.clone());
     for section in sections {
-        arrivals.add(section + offset, earlier.of(section).map_or(index, |with| with + offset));
+        let earlier = other.map_or(&*arrivals, |model| &model.arrivals).of(section);
+        arrivals.add(section + offset, earlier.map_or(index, |with| with + offset));
     }
     Ok(())
 }

@@ -60,8 +60,7 @@ pub(super) fn audit(root: Element, report: &mut Reporter) {
 
 /// Whether an element is one of a body, or of a frame of it.
 fn is_of_body(element: Element) -> bool {
-    let around = std::iter::successors(element.parent(), |around| around.parent());
-    around.into_iter().find(|around| !around.is("frame")).is_some_and(|around| around.is("body"))
+    element.ancestors().find(|around| !around.is("frame")).is_some_and(|around| around.is("body"))
 }
 
 /// The name under which the children of an element are looked up.

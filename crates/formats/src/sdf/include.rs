@@ -17,7 +17,7 @@ const MAX_BYTES: u64 = 64 << 20;
 /// More included files than this are refused: one that includes itself never ends.
 const MAX_FILES: usize = 1000;
 
-/// Models merged deeper into each other than this are refused.
+/// Models merged deeper into each other than this are refused: each is read within the one around it, and the memory for calls must hold all.
 const MAX_MERGED: usize = 50;
 
 /// The minor version of SDF 1.x of files that do not say theirs.

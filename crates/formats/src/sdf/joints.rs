@@ -9,7 +9,7 @@ use super::tree::{Edge, Placed};
 use super::values;
 use crate::error::FormatError;
 use crate::parts::limits_between;
-use crate::xml::Element;
+use crate::xml::{Element, infinity};
 
 /// Adds the joint that moves a body, if its type has any freedom. `here`: the body in world.
 pub(super) fn add<'t>(
@@ -111,11 +111,7 @@ pub(super) fn direction<'t>(
 
 fn limits(axis: Element) -> Result<Option<[f64; 2]>, FormatError> {
     let Some(limit) = axis.child("limit") else { return Ok(None) };
-    let text = |name| limit.child(name).map_or("", |c| c.text());
-    let open = |name| {
-        let word = text(name).trim_start_matches(['-', '+']).to_ascii_lowercase();
-        word == "inf" || word == "infinity"
-    };
+    let open = |name| limit.child(name).is_some_and(|end| infinity(end.text()).is_some());
     let read = |name, none| if open(name) { Ok(none) } else { Ok(values::number(limit, name)?.unwrap_or(none)) };
     let (lower, upper): (f64, f64) = (read("lower", f64::NEG_INFINITY)?, read("upper", f64::INFINITY)?);
     if lower > upper {

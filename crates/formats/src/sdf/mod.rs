@@ -40,7 +40,7 @@ use importer::Importer;
 /// Where no world says its own, m/s² (SDFormat, `<world><gravity>`).
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.8);
 
-/// `<collide_bitmask>` of collisions that have none.
+/// `<collide_bitmask>` of collisions that have none (SDFormat's default, 65535).
 const COMMON_MASK: u32 = 0xffff;
 
 /// Turns a parsed document into a model.

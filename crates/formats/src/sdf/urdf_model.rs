@@ -99,18 +99,22 @@ fn turn_link(tree: &mut Tree, link: usize, materials: &Materials) {
     for sort in ["collision", "visual"] {
         let shapes: Vec<usize> = tree.element(link).children_named(sort).map(|shape| shape.index()).collect();
         for (k, shape) in shapes.into_iter().enumerate() {
-            turn_origin(tree, shape);
             if tree.element(shape).attributes().text("name").is_none_or(str::is_empty) {
                 tree.set_attribute(shape, "name", &format!("{sort}{k}"));
             }
-            turn_material(tree, shape, materials);
-            let geometry = tree.element(shape).child("geometry").and_then(|geometry| geometry.children().next());
-            let Some(geometry) = geometry.map(|geometry| geometry.index()) else { continue };
-            let known = SHAPES.iter().find(|(name, _)| tree.element(geometry).is(name));
-            if let Some((_, attributes)) = known {
-                add_attributes(tree, geometry, geometry, attributes);
-            }
+            turn_shape(tree, shape, materials);
         }
+    }
+}
+
+fn turn_shape(tree: &mut Tree, shape: usize, materials: &Materials) {
+    turn_origin(tree, shape);
+    turn_material(tree, shape, materials);
+    let geometry = tree.element(shape).child("geometry").and_then(|geometry| geometry.children().next());
+    let Some(geometry) = geometry.map(|geometry| geometry.index()) else { return };
+    let known = SHAPES.iter().find(|(name, _)| tree.element(geometry).is(name));
+    if let Some((_, attributes)) = known {
+        add_attributes(tree, geometry, geometry, attributes);
     }
 }
 

@@ -149,8 +149,8 @@ fn axis(joint: Element) -> Result<DVec3, FormatError> {
     Ok(axis.attributes().direction("xyz")?.unwrap_or(DVec3::X))
 }
 
-/// The limits of a joint; none where both are as good as infinite, and, which is noted, where the file gives none or the upper one lies below the lower one
-/// (Bullet's way to say that there are none).
+/// The limits of a joint; none where both are as good as infinite, and, which is noted, where the file gives none or the upper one lies below
+/// the lower one (Bullet's way to say that there are none).
 pub(crate) fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
     let Some(limit) = joint.child("limit") else {
         let effect = "the joint moves without end: give <limit lower=\"…\" upper=\"…\"/>, or the type 'continuous'";

@@ -60,13 +60,9 @@ impl<'t> Attributes<'t> {
 
     /// A number that may be infinite, as a limit that is none.
     pub fn number_or_infinity(&self, name: &'static str) -> Result<Option<f64>, FormatError> {
-        let text = self.text(name).map(|text| text.trim().to_ascii_lowercase());
-        let is_infinite = text.is_some_and(|text| ["inf", "infinity"].contains(&text.trim_start_matches(['-', '+'])));
-        let negative = is_infinite && self.text(name).is_some_and(|text| text.trim().starts_with('-'));
-        match (is_infinite, negative) {
-            (false, _) => self.number(name),
-            (true, false) => Ok(Some(f64::INFINITY)),
-            (true, true) => Ok(Some(f64::NEG_INFINITY)),
+        match self.text(name).and_then(infinity) {
+            Some(infinity) => Ok(Some(infinity)),
+            None => self.number(name),
         }
     }
 
@@ -240,6 +236,12 @@ pub(crate) fn unit(v: DVec3) -> Option<DVec3> {
     }
     let scale = v.abs().max_element();
     (scale > 1e-14 && scale.is_finite()).then(|| (v / scale).normalize())
+}
+
+/// What a word for infinity stands for, with its sign; nothing for numbers, also those that are too large.
+pub(crate) fn infinity(word: &str) -> Option<f64> {
+    let is_word = !word.contains(|c: char| c.is_ascii_digit());
+    word.trim().parse().ok().filter(|x: &f64| is_word && x.is_infinite())
 }
 
 fn parse_numbers(element: Element, attribute: &Attribute, name: &'static str) -> Result<Vec<f64>, FormatError> {

@@ -6,6 +6,6 @@ mod edit;
 mod parse;
 mod tree;
 
-pub(crate) use attributes::{Attributes, most_similar, unit};
+pub(crate) use attributes::{Attributes, infinity, most_similar, unit};
 pub(crate) use parse::parse;
 pub(crate) use tree::{Element, Note, Tree};
