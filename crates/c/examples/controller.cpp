@@ -22,6 +22,7 @@ static const char MODEL[] = R"(<mujoco>
     </body>
   </worldbody>
   <actuator><motor name="push" joint="leg"/></actuator>
+  <sensor><actuatorfrc name="pushed" actuator="push"/></sensor>
 </mujoco>)";
 
 int main() {
@@ -51,6 +52,14 @@ int main() {
     } catch (const signorini::error &error) {
       if (error.status() != SIGNORINI_ERROR_ARGUMENT) return 1;
     }
+    // Another second, and back: the same bits as before, and the sensor says what the motor did.
+    const signorini::snapshot moment(simulation);
+    simulation.step(1000);
+    const double later = simulation.q()[leg[0]];
+    moment.restore(simulation);
+    simulation.step(1000);
+    if (simulation.q()[leg[0]] != later || simulation.summary().missed_steps != 0 || simulation.report().theta != 1.0) return 1;
+    if (std::abs(simulation.sensors().at(model.sensor("pushed")[0]) - control[0]) > 1e-9) return 1;
     signorini::problem problem(simulation);
     const bool solved = problem.solve() == SIGNORINI_OK && problem.certificate().worst < 1e-9;
     return solved && std::abs(z - wanted) < 1e-4 && std::abs(force - 50.0) < 1e-2 ? 0 : 1;

@@ -28,7 +28,7 @@
  * Version of this interface: that of the header is compared with that of the library by `signorini_abi_version() ==
  * SIGNORINI_ABI_VERSION`. It changes whenever a function or a structure does in a way that compiled programs would notice.
  */
-#define SIGNORINI_ABI_VERSION 2
+#define SIGNORINI_ABI_VERSION 3
 
 /**
  * The derivative of a step, with the flag that says whether it exists.
@@ -50,6 +50,11 @@ typedef struct signorini_problem signorini_problem;
  * A model that moves: its state, its input, and all memory of a step.
  */
 typedef struct signorini_simulation signorini_simulation;
+
+/**
+ * A moment of a simulation: state, input and the impulses of the last step.
+ */
+typedef struct signorini_snapshot signorini_snapshot;
 
 /**
  * What a function returns: 0 for success, positive for a result that one should look at, negative for an error.
@@ -157,6 +162,10 @@ typedef struct signorini_sizes {
    */
   size_t nu;
   /**
+   * Numbers of all sensors.
+   */
+  size_t sensordata;
+  /**
    * Bodies; body 0 is the world.
    */
   size_t bodies;
@@ -232,6 +241,106 @@ typedef struct signorini_certificate {
 } signorini_certificate;
 
 /**
+ * How the last step went.
+ */
+typedef struct signorini_report {
+  /**
+   * Contacts in its problem, limits of joints included.
+   */
+  size_t contacts;
+  /**
+   * Contact problems that were solved.
+   */
+  uint32_t solves;
+  /**
+   * Overlaps and violations that it kept a part of, because the laws permit to remove no more, or not with as little energy.
+   */
+  size_t kept;
+  /**
+   * Contact points that overlap and that nothing can move along their normal; they are not in the problem.
+   */
+  size_t left_out;
+  /**
+   * Part of the overlaps and violations that it removes: 1 where it is all that was asked for.
+   */
+  double theta;
+  /**
+   * The most that it kept of what corrections at their speed would remove, m or rad.
+   */
+  double deepest_kept;
+  /**
+   * Work of the impulses along the corrections, J.
+   */
+  double correction_energy;
+  /**
+   * Largest violation of an equality constraint at its beginning, m or rad.
+   */
+  double constraint_error;
+  /**
+   * Root mean square of the residuals where the budget of sweeps was used up; otherwise 0.
+   */
+  double residual_rms;
+  /**
+   * Whether a residual exceeds the tolerance.
+   */
+  bool missed_tolerance;
+  /**
+   * Whether the budget of sweeps was used up.
+   */
+  bool unfinished;
+  /**
+   * Whether negative gaps were taken as zero.
+   */
+  bool clipped_gaps;
+} signorini_report;
+
+/**
+ * What all steps of a simulation add up to.
+ */
+typedef struct signorini_summary {
+  /**
+   * Steps made.
+   */
+  uint64_t steps;
+  /**
+   * Steps whose residuals exceed the tolerance.
+   */
+  uint64_t missed_steps;
+  /**
+   * Steps whose budget of sweeps was used up.
+   */
+  uint64_t unfinished_steps;
+  /**
+   * Steps that kept a part of their overlaps and violations (theta < 1).
+   */
+  uint64_t limited_steps;
+  /**
+   * The most contacts of a step.
+   */
+  size_t contacts_max;
+  /**
+   * The smallest theta of a step; 1 where none was limited.
+   */
+  double smallest_theta;
+  /**
+   * The most that a step kept of what corrections at their speed would remove, m or rad.
+   */
+  double deepest_kept;
+  /**
+   * The deepest penetration of a contact point at the beginning of a step, m.
+   */
+  double deepest_penetration;
+  /**
+   * Work of the impulses along the corrections of all steps, J.
+   */
+  double correction_energy;
+  /**
+   * The largest residual of each law.
+   */
+  struct signorini_certificate worst;
+} signorini_summary;
+
+/**
  * Settings of a simulation. Begin with signorini_settings_default().
  */
 typedef struct signorini_settings {
@@ -244,6 +353,19 @@ typedef struct signorini_settings {
    */
   uint32_t directions;
   /**
+   * Points in which two convex shapes touch, at most; 0 for all that are found.
+   */
+  uint32_t contact_points;
+  /**
+   * Contact sweeps that a step may make; 0 for steps as exact as can be. A step that used them up ends with the best point found and its true
+   * certificate, and with SIGNORINI_MISSED_TOLERANCE.
+   */
+  uint32_t budget;
+  /**
+   * Newton steps, at most, that bring the configuration onto the equality constraints after each step.
+   */
+  uint32_t position_iterations;
+  /**
    * Whether friction has the circular cone in place of a polygon.
    */
   bool circular_cone;
@@ -251,6 +373,10 @@ typedef struct signorini_settings {
    * Whether impacts follow Poisson's hypothesis; otherwise Newton's law.
    */
   bool poisson;
+  /**
+   * Whether of the impulses that give the same velocity a step ends with those of least norm.
+   */
+  bool least_norm_impulses;
   /**
    * Whether islands at rest are left alone even where the model does not ask for it.
    */
@@ -277,6 +403,18 @@ typedef struct signorini_settings {
    * Factor on the velocity that corrects penetrations and violated constraints, in (0, 1].
    */
   double stabilization;
+  /**
+   * Speed at which overlaps and violations of constraints are removed, m/s.
+   */
+  double correction_speed;
+  /**
+   * The same for hinges, ball joints and the rotation of welds, rad/s.
+   */
+  double correction_angular_speed;
+  /**
+   * Gaps and overlaps of at most this count as closed, m.
+   */
+  double gap_resolution;
   /**
    * Largest residual of a step that counts as solved, in (0, 1).
    */
@@ -506,6 +644,29 @@ signorini_status signorini_derivatives_transposed_product(const struct signorini
 const char *signorini_last_error(void);
 
 /**
+ * Sets the control of the steps to come: nu numbers, in the order of the actuators.
+ */
+signorini_status signorini_set_control(struct signorini_simulation *simulation, const double *control, size_t nu);
+
+/**
+ * Sets the generalized force applied in the steps to come: nv numbers, N and N·m.
+ */
+signorini_status signorini_set_force(struct signorini_simulation *simulation, const double *force, size_t nv);
+
+/**
+ * Sets the wrench that acts on a body in the steps to come, at its centre of mass and in world axes: force (3), N, and moment (3), N·m.
+ */
+signorini_status signorini_set_wrench(struct signorini_simulation *simulation, size_t body, const double *force, const double *moment);
+
+/**
+ * Moves a mocap body: position of its origin (3), m, and quaternion (w, x, y, z), which is normalised.
+ */
+signorini_status signorini_set_mocap(struct signorini_simulation *simulation,
+                                     size_t body,
+                                     const double *position,
+                                     const double *quaternion);
+
+/**
  * Finds z with 0 ≤ z ⟂ w = A z + b ≥ 0.
  *
  * a: the matrix A, n × n, row by row; b, z, w: n numbers, w may be NULL. method: "automatic" (or NULL), "lemke", "enumeration", "principal-pivoting",
@@ -656,6 +817,34 @@ signorini_status signorini_problem_certify(const struct signorini_problem *probl
                                            struct signorini_certificate *certificate);
 
 /**
+ * The certificate of the last step.
+ */
+signorini_status signorini_step_certificate(const struct signorini_simulation *simulation, struct signorini_certificate *certificate);
+
+/**
+ * The report of the last step.
+ */
+signorini_status signorini_step_report(const struct signorini_simulation *simulation, struct signorini_report *report);
+
+/**
+ * The sums over all steps so far.
+ */
+signorini_status signorini_summary_of(const struct signorini_simulation *simulation, struct signorini_summary *summary);
+
+/**
+ * Where a sensor's numbers begin among those of all sensors, and how many it has; either place may be NULL.
+ */
+signorini_status signorini_model_sensor(const struct signorini_model *model, const char *name, size_t *first, size_t *count);
+
+/**
+ * The numbers of all sensors, as many as the model's sizes say, in the order of its sensors: the state at the beginning of the last step, and
+ * the accelerations and forces with which it went on. Zero before the first step.
+ */
+signorini_status signorini_sensors(struct signorini_simulation *simulation,
+                                   double *values,
+                                   size_t count);
+
+/**
  * The settings' defaults: the model's time step, polygons with 8 directions, Newton's law, a tolerance of 1e-9.
  */
 struct signorini_settings signorini_settings_default(void);
@@ -709,24 +898,30 @@ signorini_status signorini_set_state(struct signorini_simulation *simulation, co
 signorini_status signorini_reset_to(struct signorini_simulation *simulation, const char *keyframe);
 
 /**
- * Sets the control of the steps to come: nu numbers, in the order of the actuators.
- */
-signorini_status signorini_set_control(struct signorini_simulation *simulation, const double *control, size_t nu);
-
-/**
- * Sets the generalized force applied in the steps to come: nv numbers, N and N·m.
- */
-signorini_status signorini_set_force(struct signorini_simulation *simulation, const double *force, size_t nv);
-
-/**
  * The pose of a body in world: position of its origin (3), m, and unit quaternion (w, x, y, z).
  */
 signorini_status signorini_body_pose(struct signorini_simulation *simulation, size_t body, double *position, double *quaternion);
 
 /**
- * The certificate of the last step.
+ * Kinetic and potential energy of the present state, J, potential that of gravity and springs; either place may be NULL.
  */
-signorini_status signorini_step_certificate(const struct signorini_simulation *simulation, struct signorini_certificate *certificate);
+signorini_status signorini_energy(struct signorini_simulation *simulation, double *kinetic, double *potential);
+
+/**
+ * The present moment of a simulation.
+ */
+signorini_status signorini_snapshot_take(const struct signorini_simulation *simulation, struct signorini_snapshot **snapshot);
+
+/**
+ * Goes on from a moment of this or another simulation of the same model; with the same settings the steps have the bits of those that
+ * followed there.
+ */
+signorini_status signorini_snapshot_restore(struct signorini_simulation *simulation, const struct signorini_snapshot *snapshot);
+
+/**
+ * Frees a snapshot.
+ */
+void signorini_snapshot_free(struct signorini_snapshot *snapshot);
 
 #ifdef __cplusplus
 } // extern "C"

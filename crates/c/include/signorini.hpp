@@ -80,6 +80,13 @@ class model {
     return place;
   }
 
+  // Where a sensor's numbers begin among those of all, and how many it has.
+  std::array<std::size_t, 2> sensor(const std::string &name) const {
+    std::array<std::size_t, 2> place{};
+    check(signorini_model_sensor(get(), name.c_str(), &place[0], &place[1]));
+    return place;
+  }
+
   const signorini_model *get() const noexcept { return handle_.get(); }
 
  private:
@@ -121,6 +128,13 @@ class simulation {
   void set_control(const std::vector<double> &control) {
     check(signorini_set_control(get(), control.data(), control.size()));
   }
+  /// Force and moment at a body's centre of mass, world axes, until they are set again.
+  void set_wrench(std::size_t body, const std::array<double, 3> &force, const std::array<double, 3> &moment = {}) {
+    check(signorini_set_wrench(get(), body, force.data(), moment.data()));
+  }
+  void set_mocap(std::size_t body, const pose &where) {
+    check(signorini_set_mocap(get(), body, where.position.data(), where.quaternion.data()));
+  }
   void set_force(const std::vector<double> &force) { check(signorini_set_force(get(), force.data(), force.size())); }
 
   pose body_pose(std::size_t body) {
@@ -147,6 +161,28 @@ class simulation {
     check(signorini_step_certificate(get(), &certificate));
     return certificate;
   }
+  signorini_report report() const {
+    signorini_report report;
+    check(signorini_step_report(get(), &report));
+    return report;
+  }
+  signorini_summary summary() const {
+    signorini_summary summary;
+    check(signorini_summary_of(get(), &summary));
+    return summary;
+  }
+  /// The numbers of all sensors.
+  std::vector<double> sensors() {
+    std::vector<double> values(sizes_.sensordata);
+    check(signorini_sensors(get(), values.data(), values.size()));
+    return values;
+  }
+  /// Kinetic and potential, J.
+  std::array<double, 2> energy() {
+    std::array<double, 2> energy;
+    check(signorini_energy(get(), &energy[0], &energy[1]));
+    return energy;
+  }
 
   const signorini_sizes &sizes() const noexcept { return sizes_; }
   signorini_simulation *get() const noexcept { return handle_.get(); }
@@ -157,6 +193,24 @@ class simulation {
   };
   signorini_sizes sizes_;
   std::unique_ptr<signorini_simulation, release> handle_;
+};
+
+/// A moment of a simulation, to go on from it.
+class snapshot {
+ public:
+  explicit snapshot(const simulation &simulation) {
+    signorini_snapshot *made = nullptr;
+    check(signorini_snapshot_take(simulation.get(), &made));
+    handle_.reset(made);
+  }
+
+  void restore(simulation &simulation) const { check(signorini_snapshot_restore(simulation.get(), handle_.get())); }
+
+ private:
+  struct release {
+    void operator()(signorini_snapshot *handle) const noexcept { signorini_snapshot_free(handle); }
+  };
+  std::unique_ptr<signorini_snapshot, release> handle_;
 };
 
 /// The derivative of a step. Changes of a configuration have nv numbers, in the axes of v.

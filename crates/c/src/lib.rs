@@ -21,25 +21,35 @@
 mod contacts;
 mod derivatives;
 mod error;
+mod input;
 mod lcp;
 mod model;
 mod pointers;
 mod problem;
+mod report;
+mod sensors;
+mod settings;
 mod simulation;
+mod snapshot;
 
 pub use contacts::*;
 pub use derivatives::*;
 pub use error::*;
+pub use input::*;
 pub use lcp::*;
 pub use model::*;
 pub use problem::*;
+pub use report::*;
+pub use sensors::*;
+pub use settings::*;
 pub use simulation::*;
+pub use snapshot::*;
 
 use std::ffi::c_char;
 
 /// Version of this interface: that of the header is compared with that of the library by `signorini_abi_version() ==
 /// SIGNORINI_ABI_VERSION`. It changes whenever a function or a structure does in a way that compiled programs would notice.
-pub const SIGNORINI_ABI_VERSION: u32 = 2;
+pub const SIGNORINI_ABI_VERSION: u32 = 3;
 
 /// The interface's version of the library that is linked.
 #[no_mangle]

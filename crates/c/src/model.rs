@@ -148,6 +148,8 @@ pub struct signorini_sizes {
     pub nv: usize,
     /// Actuators.
     pub nu: usize,
+    /// Numbers of all sensors.
+    pub sensordata: usize,
     /// Bodies; body 0 is the world.
     pub bodies: usize,
     /// Lines of the file that were not taken over as they are.
@@ -170,6 +172,7 @@ pub unsafe extern "C" fn signorini_model_sizes(
             nq: model.nq,
             nv: model.nv,
             nu: model.actuators.len(),
+            sensordata: model.sensors.last().map_or(0, |sensor| sensor.address + sensor.kind.size()),
             bodies: model.bodies.len(),
             warnings: handle.warnings.len(),
             timestep: model.timestep,
@@ -196,7 +199,7 @@ pub unsafe extern "C" fn signorini_model_body_name(model: *const signorini_model
 ///
 /// # Safety
 /// The pointers are null or valid.
-unsafe fn look_up(
+pub(crate) unsafe fn look_up(
     model: *const signorini_model,
     name: *const c_char,
     sort: &str,

@@ -12,7 +12,8 @@ use crate::error::{
     SIGNORINI_NO_SOLUTION, SIGNORINI_OK,
 };
 use crate::pointers::{array, check_length, give, owned, shared, take_back, text};
-use crate::simulation::{signorini_certificate, signorini_simulation};
+use crate::report::signorini_certificate;
+use crate::simulation::signorini_simulation;
 
 /// A contact problem: M, v_free, Δt; of each contact its Jacobian rows, gap, friction and directions; bilateral rows. With the solution that
 /// was found last.

@@ -1,16 +1,17 @@
-//! Simulations: steps, state, control.
+//! Simulations: steps and state.
 
 use std::sync::Arc;
 
 use signorini::contact::SolveStatus;
-use signorini::multibody::{forward_kinematics_into, Kinematics, State};
-use signorini::{FrictionLaw, InfeasiblePolicy, OverlapPolicy, RestitutionLaw, Settings, SettleSettings, Simulation};
+use signorini::multibody::{forward_kinematics_into, kinetic_energy, potential_energy, Kinematics, State};
+use signorini::{SettleSettings, Simulation};
 
 use crate::error::{
     guarded, keep_message, signorini_status, Failure, SIGNORINI_MISSED_TOLERANCE, SIGNORINI_NO_SOLUTION, SIGNORINI_OK,
 };
 use crate::model::signorini_model;
 use crate::pointers::{array, array_of, check_length, give, owned, shared, take_back};
+use crate::settings::{signorini_settings, signorini_settings_default};
 
 /// A model that moves: its state, its input, and all memory of a step.
 pub struct signorini_simulation {
@@ -22,118 +23,18 @@ pub struct signorini_simulation {
     pub(crate) is_current: bool,
 }
 
-/// Settings of a simulation. Begin with signorini_settings_default().
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct signorini_settings {
-    /// Time step, s; 0 for the model's own.
-    pub timestep: f64,
-    /// Friction directions of every contact: even, at least 4.
-    pub directions: u32,
-    /// Whether friction has the circular cone in place of a polygon.
-    pub circular_cone: bool,
-    /// Whether impacts follow Poisson's hypothesis; otherwise Newton's law.
-    pub poisson: bool,
-    /// Whether islands at rest are left alone even where the model does not ask for it.
-    pub sleeping: bool,
-    /// Whether all negative gaps count as zero where contacts contradict each other.
-    pub clip_gaps: bool,
-    /// Whether a step whose overlaps contradict each other ends with SIGNORINI_NO_SOLUTION; otherwise it keeps the part that the laws
-    /// do not permit to remove.
-    pub stop_at_contradiction: bool,
-    /// Whether parts of one mechanism that overlap in its reference configuration are contacts like all others; otherwise they do not
-    /// touch each other.
-    pub keep_overlaps: bool,
-    /// Whether such an overlap is an error that names the parts, when the simulation is made.
-    pub stop_at_overlaps: bool,
-    /// Factor on the velocity that corrects penetrations and violated constraints, in (0, 1].
-    pub stabilization: f64,
-    /// Largest residual of a step that counts as solved, in (0, 1).
-    pub tolerance: f64,
-}
-
-/// Residuals of the laws of the last step; each is 0 for an exact solution and has no unit.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
-pub struct signorini_certificate {
-    /// Momentum balance.
-    pub momentum: f64,
-    /// The complementarity problem, in one unit.
-    pub natural_map: f64,
-    /// Signorini's condition.
-    pub signorini: f64,
-    /// The friction bound.
-    pub friction: f64,
-    /// Maximum dissipation.
-    pub dissipation: f64,
-    /// Equality constraints.
-    pub bilateral: f64,
-    /// The largest of them.
-    pub worst: f64,
-}
-
-impl From<&signorini::contact::Certificate> for signorini_certificate {
-    fn from(c: &signorini::contact::Certificate) -> Self {
-        Self {
-            momentum: c.momentum,
-            natural_map: c.natural_map,
-            signorini: c.signorini,
-            friction: c.friction,
-            dissipation: c.dissipation,
-            bilateral: c.bilateral,
-            worst: c.worst(),
-        }
-    }
-}
-
-/// The settings' defaults: the model's time step, polygons with 8 directions, Newton's law, a tolerance of 1e-9.
-#[no_mangle]
-pub extern "C" fn signorini_settings_default() -> signorini_settings {
-    let usual = Settings::default();
-    signorini_settings {
-        timestep: usual.timestep.unwrap_or(0.0),
-        directions: usual.directions as u32,
-        circular_cone: usual.friction_law == FrictionLaw::Circular,
-        poisson: usual.restitution == RestitutionLaw::Poisson,
-        sleeping: usual.sleeping.unwrap_or(false),
-        clip_gaps: usual.infeasible == InfeasiblePolicy::ClipGaps,
-        stop_at_contradiction: usual.infeasible == InfeasiblePolicy::Stop,
-        keep_overlaps: usual.overlaps == OverlapPolicy::Keep,
-        stop_at_overlaps: usual.overlaps == OverlapPolicy::Stop,
-        stabilization: usual.stabilization,
-        tolerance: usual.tolerance,
-    }
-}
-
-impl signorini_settings {
-    fn write(&self, settings: &mut Settings) {
-        settings.timestep = (self.timestep != 0.0).then_some(self.timestep);
-        settings.directions = self.directions as usize;
-        settings.sleeping = self.sleeping.then_some(true);
-        settings.stabilization = self.stabilization;
-        settings.tolerance = self.tolerance;
-        if self.circular_cone {
-            settings.friction_law = FrictionLaw::Circular;
-        }
-        if self.poisson {
-            settings.restitution = RestitutionLaw::Poisson;
-        }
-        if self.stop_at_contradiction {
-            settings.infeasible = InfeasiblePolicy::Stop;
-        }
-        if self.keep_overlaps {
-            settings.overlaps = OverlapPolicy::Keep;
-        }
-        if self.stop_at_overlaps {
-            settings.overlaps = OverlapPolicy::Stop;
-        }
-        if self.clip_gaps {
-            settings.infeasible = InfeasiblePolicy::ClipGaps;
-        }
-    }
-}
-
 impl signorini_simulation {
+    /// The kinematics of the present state.
+    fn kinematics(&mut self) -> &Kinematics {
+        if !self.is_current {
+            let state = self.inner.state();
+            self.kinematics.place_mocap(self.inner.model(), &self.inner.input);
+            forward_kinematics_into(self.inner.model(), &state.q, &state.v, &mut self.kinematics);
+            self.is_current = true;
+        }
+        &self.kinematics
+    }
+
     /// What a step's report says, as a status; where there is no solution the message names the contacts.
     pub(crate) fn status(&self) -> signorini_status {
         let report = self.inner.report();
@@ -169,10 +70,7 @@ pub unsafe extern "C" fn signorini_simulation_new(
     guarded(|| {
         // SAFETY: the caller's; see the crate.
         let (model, wanted) = unsafe { (&shared(model, "model")?.model, settings.as_ref()) };
-        let mut settings = Settings::default();
-        if let Some(wanted) = wanted {
-            wanted.write(&mut settings);
-        }
+        let settings = wanted.copied().unwrap_or_else(|| signorini_settings_default()).settings();
         let mut inner = Simulation::new(Arc::clone(model), settings).map_err(Failure::simulation)?;
         inner.input.control = vec![0.0; model.actuators.len()];
         inner.input.generalized_force = vec![0.0; model.nv];
@@ -283,40 +181,6 @@ pub unsafe extern "C" fn signorini_reset_to(
     })
 }
 
-/// Sets the control of the steps to come: nu numbers, in the order of the actuators.
-#[no_mangle]
-pub unsafe extern "C" fn signorini_set_control(
-    simulation: *mut signorini_simulation,
-    control: *const f64,
-    nu: usize,
-) -> signorini_status {
-    guarded(|| {
-        // SAFETY: the caller's; see the crate.
-        let (handle, control) = unsafe { (owned(simulation, "simulation")?, array(control, nu, "control")?) };
-        check_length("control", nu, handle.inner.model().actuators.len())?;
-        handle.inner.input.control.clear();
-        handle.inner.input.control.extend_from_slice(control);
-        Ok(SIGNORINI_OK)
-    })
-}
-
-/// Sets the generalized force applied in the steps to come: nv numbers, N and N·m.
-#[no_mangle]
-pub unsafe extern "C" fn signorini_set_force(
-    simulation: *mut signorini_simulation,
-    force: *const f64,
-    nv: usize,
-) -> signorini_status {
-    guarded(|| {
-        // SAFETY: the caller's; see the crate.
-        let (handle, force) = unsafe { (owned(simulation, "simulation")?, array(force, nv, "force")?) };
-        check_length("force", nv, handle.inner.model().nv)?;
-        handle.inner.input.generalized_force.clear();
-        handle.inner.input.generalized_force.extend_from_slice(force);
-        Ok(SIGNORINI_OK)
-    })
-}
-
 /// The pose of a body in world: position of its origin (3), m, and unit quaternion (w, x, y, z).
 #[no_mangle]
 pub unsafe extern "C" fn signorini_body_pose(
@@ -332,16 +196,34 @@ pub unsafe extern "C" fn signorini_body_pose(
         let (position, quaternion) =
             unsafe { (array_of(position, 3, 3, "position")?, array_of(quaternion, 4, 4, "quaternion")?) };
         check_body(&handle.inner, body)?;
-        if !handle.is_current {
-            let state = handle.inner.state();
-            handle.kinematics.place_mocap(handle.inner.model(), &handle.inner.input);
-            forward_kinematics_into(handle.inner.model(), &state.q, &state.v, &mut handle.kinematics);
-            handle.is_current = true;
-        }
-        let pose = handle.kinematics.pose[body];
+        let pose = handle.kinematics().pose[body];
         position.copy_from_slice(&pose.position.to_array());
         let [x, y, z, w] = pose.rotation.to_array();
         quaternion.copy_from_slice(&[w, x, y, z]);
+        Ok(SIGNORINI_OK)
+    })
+}
+
+/// Kinetic and potential energy of the present state, J, potential that of gravity and springs; either place may be NULL.
+#[no_mangle]
+pub unsafe extern "C" fn signorini_energy(
+    simulation: *mut signorini_simulation,
+    kinetic: *mut f64,
+    potential: *mut f64,
+) -> signorini_status {
+    guarded(|| {
+        // SAFETY: the caller's; see the crate.
+        let handle = unsafe { owned(simulation, "simulation") }?;
+        handle.kinematics();
+        let (model, state) = (handle.inner.model(), handle.inner.state());
+        // SAFETY: the caller's.
+        let (kinetic, potential) = unsafe { (kinetic.as_mut(), potential.as_mut()) };
+        if let Some(place) = kinetic {
+            *place = kinetic_energy(model, &handle.kinematics, &state.v);
+        }
+        if let Some(place) = potential {
+            *place = potential_energy(model, &handle.kinematics, &state.q);
+        }
         Ok(SIGNORINI_OK)
     })
 }
@@ -352,18 +234,4 @@ pub(crate) fn check_body(simulation: &Simulation, body: usize) -> Result<(), Fai
         return Ok(());
     }
     Err(Failure::argument(format_args!("body {body}: the model has {count}, the world among them")))
-}
-
-/// The certificate of the last step.
-#[no_mangle]
-pub unsafe extern "C" fn signorini_step_certificate(
-    simulation: *const signorini_simulation,
-    certificate: *mut signorini_certificate,
-) -> signorini_status {
-    guarded(|| {
-        // SAFETY: the caller's; see the crate.
-        let (handle, certificate) = unsafe { (shared(simulation, "simulation")?, owned(certificate, "certificate")?) };
-        *certificate = signorini_certificate::from(&handle.inner.report().certificate);
-        Ok(SIGNORINI_OK)
-    })
 }

@@ -73,6 +73,8 @@ fn a_step_and_what_is_read_of_it_allocate_nothing() {
     let handle = through_c(SCENE);
     let (mut contact, mut certificate) = (signorini_contact::default(), signorini_certificate::default());
     let (mut sum, mut position, mut quaternion) = ([0.0; 3], [0.0; 3], [0.0; 4]);
+    let (mut report, mut summary, mut kinetic) = (signorini_report::default(), signorini_summary::default(), 0.0);
+    let push = [1.0, 0.0, 0.0];
     let mut round = |steps: usize| {
         for _ in 0..steps {
             // SAFETY: handle and places are valid.
@@ -87,6 +89,10 @@ fn a_step_and_what_is_read_of_it_allocate_nothing() {
                     SIGNORINI_OK
                 );
                 assert_eq!(signorini_step_certificate(handle, &mut certificate), SIGNORINI_OK);
+                assert_eq!(signorini_step_report(handle, &mut report), SIGNORINI_OK);
+                assert_eq!(signorini_summary_of(handle, &mut summary), SIGNORINI_OK);
+                assert_eq!(signorini_energy(handle, &mut kinetic, ptr::null_mut()), SIGNORINI_OK);
+                assert_eq!(signorini_set_wrench(handle, 1, push.as_ptr(), push.as_ptr()), SIGNORINI_OK);
             }
         }
     };
