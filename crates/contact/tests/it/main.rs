@@ -3,7 +3,11 @@
 
 mod assembly;
 mod certificate;
+mod cone_formulation;
 mod edited_files;
 mod files;
 mod formulation;
+mod impulse_space;
 mod polygons;
+mod scales;
+mod written;
