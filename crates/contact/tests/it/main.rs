@@ -9,5 +9,6 @@ mod files;
 mod formulation;
 mod impulse_space;
 mod polygons;
+mod projection;
 mod scales;
 mod written;
