@@ -11,4 +11,5 @@ mod impulse_space;
 mod polygons;
 mod projection;
 mod scales;
+mod statics;
 mod written;
