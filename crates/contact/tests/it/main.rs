@@ -4,9 +4,11 @@
 mod assembly;
 mod certificate;
 mod cone_formulation;
+mod contradiction;
 mod edited_files;
 mod files;
 mod formulation;
+mod frames;
 mod impulse_space;
 mod polygons;
 mod projection;
