@@ -112,8 +112,8 @@ impl Cones {
         }
         let (radius, t) = (self.friction[i] * y[0], [y[1], y[2]]);
         if edges.len() == 2 {
-            let s = dot(edges[0].tangent, t);
-            return if s.abs() <= radius { Mode::Edge(0) } else { Mode::Vertex(u16::from(s > 0.0)) };
+            let (s, length) = (dot(edges[0].tangent, t), half_length(&edges[0]));
+            return if s.abs() <= radius * length { Mode::Edge(0) } else { Mode::Vertex(u16::from(s > 0.0)) };
         }
         let beyond = |e: &Edge| dot(e.normal, t) - radius * e.height;
         let (k, worst) = edges.iter().map(beyond).enumerate().fold((0, f64::MIN), |a, b| if b.1 > a.1 { b } else { a });
@@ -302,9 +302,9 @@ impl Cones {
             return None;
         }
         if m == 2 {
-            let s = dot(edges[1].vertex, t);
+            let s = dot(edges[0].tangent, t);
             let pair = [usize::from(s > 0.0), usize::from(s <= 0.0)].map(|k| edges[k].direction as usize);
-            alpha[pair[0]] = s.abs();
+            alpha[pair[0]] = s.abs() / half_length(&edges[0]);
             return Some(pair);
         }
         let encloses = |k: &usize| {
@@ -314,6 +314,11 @@ impl Cones {
         let k = (0..m).find(encloses).unwrap_or(0);
         Some(split(&edges[k], &edges[if k + 1 == m { 0 } else { k + 1 }], t, alpha))
     }
+}
+
+/// The length of the two directions of a line.
+fn half_length(edge: &Edge) -> f64 {
+    dot(edge.tangent, edge.vertex).abs()
 }
 
 /// `α_a d_a + α_b d_b = t`, rounding below zero cut off; the indices of both directions.
