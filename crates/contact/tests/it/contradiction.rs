@@ -14,7 +14,7 @@ fn the_residual_is_the_velocity_scale_by_the_speed_that_is_excluded() {
         let problem = problem(&mut random, [Kind::Plain, Kind::Bystander][seed as usize % 2]);
         let rows = Rows::of(&problem);
         let proof = GapContradiction {
-            normal: (0..3).map(|_| random.between(-0.5, 2.0).max(0.0)).collect(),
+            normal: (0..3).map(|_| random.choice(&[1.0, 1.7]) * random.choice(&[0.0, 1.0, 1.3])).collect(),
             bilateral: (0..2).map(|_| random.between(-2.0, 2.0)).collect(),
         };
         let multipliers: Vec<f64> = proof.normal.iter().chain(&proof.bilateral).copied().collect();

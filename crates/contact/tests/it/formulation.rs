@@ -2,7 +2,7 @@
 
 use signorini_contact::certificate::{Scratch, certify_afresh};
 use signorini_contact::{Certificate, ContactProblem, ContactSolution, LackingRow, certify, residual_spread};
-use signorini_testkit::Random;
+use signorini_testkit::{Random, particle};
 
 use crate::written::{Kind, Pushed, Rows, along, claim, problem};
 
@@ -181,4 +181,24 @@ fn the_claimed_velocity_is_as_far_from_that_of_the_impulses_as_the_rows_see() {
             "{kind:?}, seed {seed}: {found:e}, farthest {least:e}"
         );
     }
+}
+
+/// Without rows, without velocities, or with a claim that is none, nothing is spread.
+#[test]
+fn what_cannot_be_judged_has_no_spread() {
+    let (_, _, problem, claimed) = drawn(0);
+    let mut short = claimed.clone();
+    short.velocity.pop();
+    let mut none = claimed.clone();
+    none.beta[0] = f64::NAN;
+    assert_eq!([residual_spread(&problem, &short), residual_spread(&problem, &none)], [None, None]);
+    let still = particle(0.0, [0.0; 2], 0.5, 0.0, 0.25);
+    let mut rests = ContactSolution::default();
+    (rests.velocity, rests.lambda_n, rests.alpha, rests.beta) = (vec![0.0; 3], vec![0.0], vec![0.0; 4], vec![0.0]);
+    assert_eq!(residual_spread(&still, &rests), None);
+    let mut free = particle(1.0, [0.0; 2], 0.5, 0.0, 0.25);
+    free.clear_contacts();
+    let mut flies = ContactSolution::default();
+    flies.velocity.clone_from(&free.free_velocity);
+    assert_eq!(residual_spread(&free, &flies), None);
 }

@@ -12,6 +12,7 @@ mod frames;
 mod impulse_space;
 mod polygons;
 mod projection;
+mod rows;
 mod scales;
 mod statics;
 mod written;

@@ -2,9 +2,10 @@
 
 use signorini_contact::statics::{
     ModeBounds, ModeTree, StabilityProof, StaysProof, Verdict, beside_motion, certify_mechanism, certify_modes,
-    certify_stability, energy_part, without_contact_friction,
+    certify_stability, energy_part, friction_units, without_contact_friction,
 };
 use signorini_contact::{ContactProblem, ContactSolution, FrictionBound, FrictionPolygon};
+use signorini_multibody::BlockDiagonal;
 use signorini_testkit::{Random, particle};
 
 use crate::written::{Kind, NV, Rows, along, dot, numbers, problem};
@@ -236,6 +237,8 @@ fn a_balance_without_friction_stays_where_friction_only_resists() {
     );
     problem.friction_groups.target[0] = [0.0, 1.0];
     assert_eq!(residual(&problem, &proof, "without_friction"), f64::INFINITY, "a belt");
+    problem.friction_groups.bound[0] = FrictionBound::Impulse(0.0);
+    assert_eq!(residual(&problem, &proof, "without_friction"), 0.0, "a belt whose friction no normal impulse bounds");
     // Friction with a constant bound stays: it holds the push of 0.2 N·s.
     let mut pushed = particle(-1.0, [0.2, 0.0], 0.1, 0.0, 0.4);
     let bound = FrictionBound::Shifted { impulse: 0.3, contact: 0, coefficient: 0.2 };
@@ -266,4 +269,41 @@ fn a_motion_is_told_from_rest_by_its_part_of_the_energy() {
     (flies.lambda_n, flies.alpha, flies.beta) = (vec![0.0], vec![0.0; 4], vec![0.2]);
     proof.moving = Some(Box::new(flies));
     assert_eq!([residual(&problem, &proof, "moving"), residual(&problem, &proof, "rest")], [0.0; 2]);
+}
+
+/// Sums whose terms cancel: 10¹⁶ − 1 − 10¹⁶ rounds to 0, and a proof that rests on the sign would be one of rounding.
+#[test]
+fn rounding_is_held_against_a_mechanism() {
+    const CANCELLING: [f64; 4] = [1e16, -1.0, -1e16, 0.5];
+    let identity: Vec<f64> = (0..16).map(|k| f64::from(u8::from(k % 5 == 0))).collect();
+    let at_rest = |free: [f64; 4]| {
+        let mass = BlockDiagonal::from_dense(4, &identity).expect("symmetric");
+        ContactProblem::new(mass, free.to_vec(), 0.01).expect("positive definite")
+    };
+    let motion = [1.0; 4];
+    assert!(CANCELLING.iter().sum::<f64>() > 0.0, "though it is −1/2");
+    assert_eq!(certify_mechanism(&at_rest(CANCELLING), &motion).residual, f64::INFINITY);
+    let mut problem = at_rest([0.0, 0.0, 0.0, 1.0]);
+    let columns =
+        |r: usize| (0..4).map(move |k| (k as u32, std::array::from_fn(|n| if n == r { CANCELLING[k] } else { 0.0 })));
+    problem.push_contact(columns(0), 0.0, 0.0, &FrictionPolygon::frictionless());
+    assert!(certify_mechanism(&problem, &motion).violation >= 0.5, "the contact is closed by 1/2");
+    problem.clear_contacts();
+    let row = (0..4).map(|k| (k as u32, [CANCELLING[k]]));
+    problem.push_bilateral(row, 0.0);
+    assert!(certify_mechanism(&problem, &motion).violation >= 1.0, "what is broken may be more than it seems");
+    let mut problem = at_rest([0.0, 0.0, 0.0, 1.0]);
+    let line = FrictionPolygon::from_directions(vec![[0.0, 0.5], [0.0, -0.5]]).expect("balanced");
+    problem.push_contact(columns(1).map(|(k, e): (u32, [f64; 3])| (k, [0.0, e[2], e[1]])), 0.0, 1.0, &line);
+    assert!(certify_mechanism(&problem, &motion).violation >= 0.5 * 0.5, "friction may take more than it seems");
+}
+
+/// A row of friction has a target in its one direction alone.
+#[test]
+fn friction_of_a_row_at_rest_is_not_driven() {
+    let mut problem = particle(-1.0, [0.2, 0.0], 0.1, 0.0, 0.4);
+    problem.push_friction_row([(1, 1.0)], 0.0, FrictionBound::Impulse(0.3));
+    problem.push_friction_row([(2, 1.0)], 2.0, FrictionBound::Impulse(0.3));
+    assert_eq!(problem.friction_groups.target, [[0.0; 2], [2.0, 0.0]]);
+    assert_eq!(friction_units(&problem).map(|unit| unit.is_driven()).collect::<Vec<bool>>(), [false, false, true]);
 }
