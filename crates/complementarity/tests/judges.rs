@@ -67,12 +67,17 @@ fn without_data_zero_is_the_solution_and_nothing_else() {
     let lcp = Lcp::new(Matrix::from_fn(2, 2, |i, j| if i == j { 3.0 } else { 0.0 }), vec![0.0; 2]).expect("numbers");
     assert_eq!((lcp.residual(&[0.0; 2]).value, lcp.residual(&[0.0; 2]).row), (0.0, None));
     assert_eq!((lcp.residual(&[0.0, 1e-300]).value, lcp.residual(&[0.0, 1e-300]).row), (f64::INFINITY, Some(1)));
+    let numbers = Lcp::new(Matrix::zeros(1, 1), vec![1.0]).expect("numbers");
+    for (z, w) in [(f64::NAN, 1.0), (1.0, f64::NAN), (f64::INFINITY, 1.0)] {
+        assert_eq!(numbers.residual_at(&[z], &[w]).value, f64::INFINITY, "{z} {w}");
+    }
 }
 
 #[test]
 fn the_default_scaling_is_the_largest_of_the_diagonal_or_of_all() {
     let of = |data: [f64; 4]| Scaling::from_diagonal(&Matrix::new(2, 2, data.to_vec()).expect("2 by 2"));
-    for (data, g) in [([2.0, 9.0, 1.0, -5.0], 5.0), ([0.0, 3.0, -7.0, 0.0], 7.0), ([0.0; 4], 1.0)] {
+    let little = [([0.25, 0.5, 0.0, -0.125], 0.25), ([0.0, 0.5, -0.25, 0.0], 0.5), ([0.0; 4], 1.0)];
+    for (data, g) in [([2.0, 9.0, 1.0, -5.0], 5.0), ([0.0, 3.0, -7.0, 0.0], 7.0)].into_iter().chain(little) {
         assert_eq!((of(data).z(), of(data).w()), (&[g; 2][..], &[1.0; 2][..]), "{data:?}");
     }
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -173,6 +178,10 @@ fn an_exclusion_is_as_good_as_its_worst_case() {
         assert_eq!(of(&[&no_z, wrong]).residual(&problem), f64::INFINITY, "{wrong:?}");
     }
     assert_eq!([of(&[]).residual(&problem), of(&[&no_z]).residual(&problem)], [f64::INFINITY; 2]);
+    // w = z − 1 has the solution z = 1, which no multiplier of that size excludes: nothing cancels.
+    let solvable = MixedLcp::new(Matrix::from_fn(1, 1, |_, _| 1.0), vec![-1.0], vec![false]).expect("numbers");
+    let all = ExcludedCase { pairs: vec![PairCase::Open], multipliers: vec![1.0] };
+    assert_eq!(of(&[&all]).residual(&solvable), 1.0);
     let open = case(PairCase::Open, [1.0, 0.0, 0.0]);
     assert!(of(&[&open]).is_infeasible() && !of(&[]).is_infeasible() && !of(&[&no_z]).is_infeasible());
 }
