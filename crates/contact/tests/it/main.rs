@@ -4,6 +4,8 @@
 mod assembly;
 mod certificate;
 mod cone_formulation;
+mod cone_gaps;
+
 mod contradiction;
 mod edited_files;
 mod files;
@@ -12,6 +14,7 @@ mod frames;
 mod impulse_space;
 mod polygons;
 mod projection;
+mod recovery;
 mod rows;
 mod scales;
 mod statics;
