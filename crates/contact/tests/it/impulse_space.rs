@@ -30,7 +30,8 @@ fn in_impulse_space(rows: &Rows, dimension: usize) -> FrictionalProblem {
     let all: Vec<[f64; NV]> =
         (0..rows.normals.len()).flat_map(|i| std::iter::once(rows.normals[i]).chain(tangents(i))).collect();
     let free = &rows.problem.free_velocity;
-    let velocity = |r: usize| if r % dimension == 0 { rows.opening(r / dimension, free) } else { dot(&all[r], free) };
+    let velocity =
+        |r: usize| if r.is_multiple_of(dimension) { rows.opening(r / dimension, free) } else { dot(&all[r], free) };
     FrictionalProblem {
         delassus: Matrix::from_fn(all.len(), all.len(), |r, c| dot(&all[r], &rows.inverse.apply(&all[c]))),
         free_velocity: (0..all.len()).map(velocity).collect(),
