@@ -17,5 +17,6 @@ mod projection;
 mod recovery;
 mod rows;
 mod scales;
+mod solutions;
 mod statics;
 mod written;
