@@ -78,14 +78,14 @@ impl Scratch {
         }
     }
 
-    /// `|M(v⁺ − v^f) − force|` in `momentum`, and the largest part of `s_p` that it is, with the impulses' terms left out of `s_p`. Then the
+    /// `M(v⁺ − v^f) − force` in `momentum`, and the largest part of `s_p` that it is, with the impulses' terms left out of `s_p`. Then the
     /// force is overwritten, and the velocity that it gives, `v^f + M⁻¹ force`, stands beside the claimed one.
     pub(crate) fn balance(&mut self, problem: &ContactProblem, velocity: &[f64], velocity_scale: f64) -> f64 {
         for ((d, v), f) in self.change.iter_mut().zip(velocity).zip(&problem.free_velocity) {
             *d = v - f;
         }
         problem.mass.multiply_into(&self.change, &mut self.momentum);
-        self.momentum.iter_mut().zip(&self.force).for_each(|(p, f)| *p = (*p - f).abs());
+        self.momentum.iter_mut().zip(&self.force).for_each(|(p, f)| *p -= f);
         problem.mass_factor.solve_in_place(&mut self.force);
         let changes = self.force.iter().zip(&problem.free_velocity);
         for ((both, claimed), (change, free)) in self.both.iter_mut().zip(velocity).zip(changes) {
@@ -123,7 +123,7 @@ impl Scratch {
 
 /// Whether a momentum residual that leaves the impulses' terms out of its scale is not negligible as it is.
 pub(crate) fn needs_terms(momentum: f64) -> bool {
-    momentum.is_nan() || momentum > NEGLIGIBLE
+    momentum > NEGLIGIBLE
 }
 
 /// The largest magnitude; NaN where there is one.

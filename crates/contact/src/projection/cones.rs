@@ -10,9 +10,6 @@ use super::mode::{Facet, Held, Mode};
 use super::polygons::{Edge, Polygon, Polygons, dot};
 use crate::ContactProblem;
 
-/// Part of an edge's distance from the centre within which an impulse lies on the edge.
-const ON_EDGE: f64 = 1e-9;
-
 /// The friction cones of all contacts, then those of all friction groups, with directions in angular order.
 #[derive(Clone, Debug, Default)]
 pub struct Cones {
@@ -87,11 +84,6 @@ impl Cones {
         }
     }
 
-    /// `μ max(−d·u_T)` over contact `i`'s directions: De Saxcé's slip term.
-    pub fn slip_term(&self, i: usize, u: [f64; 3]) -> f64 {
-        self.friction[i] * self.edges(i).iter().fold(0.0_f64, |s, e| s.max(-dot(e.vertex, [u[1], u[2]])))
-    }
-
     /// Calls `visit` with the outward unit normal of every edge of the polygon and its distance from the centre for a normal
     /// impulse of 1; with two directions, with the ends of their interval.
     pub fn interior_edges(&self, i: usize, mut visit: impl FnMut([f64; 2], f64)) {
@@ -120,8 +112,8 @@ impl Cones {
         }
         let (radius, t) = (self.friction[i] * y[0], [y[1], y[2]]);
         if edges.len() == 2 {
-            let s = dot(edges[0].tangent, t);
-            return if s.abs() <= radius { Mode::Edge(0) } else { Mode::Vertex(u16::from(s > 0.0)) };
+            let (s, length) = (dot(edges[0].tangent, t), half_length(&edges[0]));
+            return if s.abs() <= radius * length { Mode::Edge(0) } else { Mode::Vertex(u16::from(s > 0.0)) };
         }
         let beyond = |e: &Edge| dot(e.normal, t) - radius * e.height;
         let (k, worst) = edges.iter().map(beyond).enumerate().fold((0, f64::MIN), |a, b| if b.1 > a.1 { b } else { a });
@@ -271,38 +263,6 @@ impl Cones {
         Facet { normal: [-1.0, 0.0, 0.0], jump: [-1.0, -mu * d[0], -mu * d[1]], next }
     }
 
-    /// A trial impulse whose projection is the impulse `p` of contact `i`, as near to `y` as one is.
-    pub fn source(&self, i: usize, p: [f64; 3], y: [f64; 3]) -> [f64; 3] {
-        if p[0] <= 0.0 {
-            return [y[0].min(0.0), y[1], y[2]];
-        }
-        let d = [y[1] - p[1], y[2] - p[2]];
-        // The edges that hold the impulse, two at a vertex.
-        let mut held_by = [(f64::INFINITY, [0.0; 2]); 2];
-        self.interior_edges(i, |normal, reach| {
-            let distance = reach * p[0] - dot(normal, [p[1], p[2]]);
-            if distance <= ON_EDGE * reach * p[0] {
-                if distance < held_by[0].0 {
-                    held_by = [(distance, normal), held_by[0]];
-                } else if distance < held_by[1].0 {
-                    held_by[1] = (distance, normal);
-                }
-            }
-        });
-        let along = |n: [f64; 2]| n.map(|n_r| n_r * dot(n, d).max(0.0));
-        let outwards = match held_by.map(|(distance, normal)| distance.is_finite().then_some(normal)) {
-            [Some(a), Some(b)] => {
-                let area = a[0] * b[1] - a[1] * b[0];
-                let (x, y) = ((d[0] * b[1] - d[1] * b[0]) / area, (a[0] * d[1] - a[1] * d[0]) / area);
-                let between = area != 0.0 && x >= 0.0 && y >= 0.0;
-                if between { d } else { along(if dot(a, d) >= dot(b, d) { a } else { b }) }
-            }
-            [Some(a), None] => along(a),
-            _ => [0.0; 2],
-        };
-        [p[0], p[1] + outwards[0], p[2] + outwards[1]]
-    }
-
     /// A trial impulse of normal size `size` well inside the mode's cone.
     pub fn interior_point(&self, i: usize, mode: Mode, size: f64) -> [f64; 3] {
         let mu = self.friction[i];
@@ -310,17 +270,26 @@ impl Cones {
             Mode::Open => [-size, 0.0, 0.0],
             Mode::Closed | Mode::Stick => [size, 0.0, 0.0],
             Mode::Edge(k) => {
-                let e = &self.edges(i)[k as usize];
-                let middle = mu * size * e.height;
-                let out = if self.edges(i).len() == 2 { 0.0 } else { middle + size };
-                [size, out * e.normal[0], out * e.normal[1]]
+                let (edges, k) = (self.edges(i), k as usize);
+                let (a, b) = (edges[k].vertex, edges[(k + 1) % edges.len()].vertex);
+                let middle = [a[0] + b[0], a[1] + b[1]].map(|x| 0.5 * x);
+                let outwards = if edges.len() == 2 { [0.0; 2] } else { edges[k].normal };
+                [size, size * (mu * middle[0] + outwards[0]), size * (mu * middle[1] + outwards[1])]
             }
             Mode::Vertex(k) => {
-                let d = self.edges(i)[k as usize].vertex;
-                let out = (mu + 1.0) * size;
-                [size, out * d[0], out * d[1]]
+                let (d, outwards) = (self.edges(i)[k as usize].vertex, self.outwards(i, k as usize));
+                [size, size * (mu * d[0] + outwards[0]), size * (mu * d[1] + outwards[1])]
             }
         }
+    }
+
+    /// The unit vector halfway between the normals of the edges at vertex `k`; of an anisotropic polygon it is not along the vertex.
+    fn outwards(&self, i: usize, k: usize) -> [f64; 2] {
+        let edges = self.edges(i);
+        let (a, b) = (edges[(k + edges.len() - 1) % edges.len()].normal, edges[k].normal);
+        let sum = if edges.len() == 2 { edges[k].vertex } else { [a[0] + b[0], a[1] + b[1]] };
+        let length = sum[0].hypot(sum[1]);
+        sum.map(|x| x / length)
     }
 
     /// Splits a tangential impulse into its direction multipliers `α ≥ 0`, `D α = λ_T`, over the two neighbouring
@@ -333,9 +302,9 @@ impl Cones {
             return None;
         }
         if m == 2 {
-            let s = dot(edges[1].vertex, t);
+            let s = dot(edges[0].tangent, t);
             let pair = [usize::from(s > 0.0), usize::from(s <= 0.0)].map(|k| edges[k].direction as usize);
-            alpha[pair[0]] = s.abs();
+            alpha[pair[0]] = s.abs() / half_length(&edges[0]);
             return Some(pair);
         }
         let encloses = |k: &usize| {
@@ -345,6 +314,11 @@ impl Cones {
         let k = (0..m).find(encloses).unwrap_or(0);
         Some(split(&edges[k], &edges[if k + 1 == m { 0 } else { k + 1 }], t, alpha))
     }
+}
+
+/// The length of the two directions of a line.
+fn half_length(edge: &Edge) -> f64 {
+    dot(edge.tangent, edge.vertex).abs()
 }
 
 /// `α_a d_a + α_b d_b = t`, rounding below zero cut off; the indices of both directions.

@@ -114,9 +114,11 @@ fn zero_data_accept_rest_and_nothing_else() {
     solution.alpha = vec![0.0; 4];
     solution.beta = vec![0.0];
     assert_eq!(certify(&problem, &solution).worst(), 0.0);
-    solution.velocity[1] = 1e-12;
-    assert_eq!(certify(&problem, &solution).worst(), f64::INFINITY);
-    solution.velocity[1] = 0.0;
+    for (dof, v) in [(0, 1e-12), (0, -1e-12), (1, 1e-12), (1, -1e-12), (2, 1e-12), (2, -1e-12)] {
+        solution.velocity[dof] = v;
+        assert_eq!(certify(&problem, &solution).worst(), f64::INFINITY, "{v} along {dof}");
+        solution.velocity[dof] = 0.0;
+    }
     solution.lambda_n[0] = 1e-12;
     assert_eq!(certify(&problem, &solution).worst(), f64::INFINITY);
 }
@@ -167,7 +169,8 @@ fn data_that_are_no_numbers_are_never_certified() {
         let mut damaged = problem.clone();
         damage(&mut damaged);
         assert!(damaged.check().is_err(), "{name}");
-        assert_eq!(certify(&damaged, &solution).worst(), f64::INFINITY, "{name}");
+        let certificate = certify(&damaged, &solution);
+        assert_eq!([certificate.worst(), certificate.natural_map], [f64::INFINITY; 2], "{name}");
         let mut zero = solution.clone();
         (zero.lambda_n, zero.alpha, zero.beta) = (vec![0.0], vec![0.0; 4], vec![0.0]);
         zero.velocity.clone_from(&damaged.free_velocity);
@@ -178,12 +181,14 @@ fn data_that_are_no_numbers_are_never_certified() {
 #[test]
 fn arrays_of_wrong_sizes_are_no_solution() {
     let (problem, solution) = sliding();
-    let changes: [fn(&mut ContactSolution); 5] = [
+    let changes: [fn(&mut ContactSolution); 7] = [
         |s| s.velocity.truncate(2),
         |s| s.lambda_n.push(0.0),
         |s| s.alpha.truncate(3),
         |s| s.beta.clear(),
         |s| s.bilateral.push(0.0),
+        |s| s.group_alpha.push(0.0),
+        |s| s.group_beta.push(0.0),
     ];
     for change in changes {
         let mut other = solution.clone();

@@ -132,3 +132,25 @@ fn other_numbers_of_directions_keep_the_first() {
     assert!((finer.directions_of(1)[0][0] - 0.7_f64.cos()).abs() < 1e-15);
     assert!(problem.with_directions(5).is_err());
 }
+
+/// `x²/a² + y²/b² = 1` in the ellipse's own axes, in the order of the circle's directions, and reached by stretching as well.
+#[test]
+fn ellipses_have_their_semi_axes_where_they_are_turned_to() {
+    let mut random = Random::new(3);
+    for count in [4, 6, 16] {
+        let ([a, b], angle) = ([random.between(0.2, 3.0), random.between(0.2, 3.0)], random.between(-4.0, 4.0));
+        let polygon = FrictionPolygon::ellipse(count, [a, b], angle).expect("positive");
+        for (k, d) in polygon.directions().iter().enumerate() {
+            let [x, y] = [angle.cos() * d[0] + angle.sin() * d[1], angle.cos() * d[1] - angle.sin() * d[0]];
+            let eccentric = TAU * k as f64 / count as f64;
+            assert!((x / a - eccentric.cos()).abs() < 1e-14 && (y / b - eccentric.sin()).abs() < 1e-14, "{count}: {k}");
+        }
+        let mut stretched = FrictionPolygon::regular(8, 1.0).expect("even");
+        stretched.stretch(&FrictionPolygon::regular(count, 0.0).expect("even"), [a, b], angle);
+        assert_eq!(stretched, polygon);
+    }
+    for (count, axes) in [(2, [1.0; 2]), (5, [1.0; 2]), (4098, [1.0; 2]), (8, [0.0, 1.0]), (8, [1.0, f64::INFINITY])] {
+        assert!(FrictionPolygon::ellipse(count, axes, 0.0).is_err(), "{count}, {axes:?}");
+    }
+    assert!(FrictionPolygon::regular(4096, 0.0).is_ok() && FrictionPolygon::regular(4098, 0.0).is_err());
+}

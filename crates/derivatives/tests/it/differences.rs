@@ -21,7 +21,7 @@ fn polished() -> Settings {
 
 /// Runs a model, disturbs it every few steps, and compares the products of exact derivatives with
 /// differences along random changes.
-fn compare(name: &str, model: Model, seeds: std::ops::Range<u64>, sizes: [f64; 3], least: usize) {
+pub fn compare(name: &str, model: Model, seeds: std::ops::Range<u64>, sizes: [f64; 3], least: usize) {
     let mut bench = Bench::new(model, polished());
     let (mut compared, mut left, mut worst) = (0, 0, 0.0_f64);
     for seed in seeds {

@@ -7,5 +7,6 @@ mod differences;
 mod identification;
 mod linear_system;
 mod parameters;
+mod servos;
 mod ties;
 mod verdicts;

@@ -71,7 +71,7 @@ fn difference(bench: &Bench, given: (&State, &Input), direction: &Direction, h: 
 }
 
 /// Runs a model and compares all its columns at a few disturbed states.
-fn compare(name: &str, model: Model, sizes: [f64; 3], steps: u32, least: usize) {
+pub fn compare(name: &str, model: Model, sizes: [f64; 3], steps: u32, least: usize) {
     let directions = ScalarParameter::all(&model).into_iter().map(|parameter| vec![(parameter, 1.0)]);
     let directions: Vec<Direction> = directions.collect();
     let mut bench = Bench::new(model, Settings::default());

@@ -102,3 +102,31 @@ fn ellipses_are_solved_by_every_route() {
     }
     assert_eq!(solved[0], 60, "structured; Lemke {}", solved[1]);
 }
+
+/// A particle of 1 kg pressed with 1 N·s, μ = 1/2, with friction along one line whose two directions have the length l: it takes up to
+/// l/2 of the velocity along the line, and what is across stays.
+#[test]
+fn directions_of_a_line_have_their_length_as_a_coefficient() {
+    for length in [0.4, 1.0, 1.5] {
+        for (speed, angle) in [(3.0, 0.0), (3.0, 0.7), (-2.0, 2.5), (0.1, 0.0), (-0.1, 0.7), (0.19, 0.7)] {
+            let along = [f64::cos(angle), f64::sin(angle)];
+            let across = 0.3;
+            let free = [speed * along[0] - across * along[1], speed * along[1] + across * along[0]];
+            let mut problem = particle(-1.0, free, 0.1, 0.0, 0.5);
+            let directions = [1.0, -1.0].map(|sign| along.map(|x| sign * length * x));
+            let line = FrictionPolygon::from_directions(directions.to_vec()).expect("balanced");
+            problem.directions = line.directions().to_vec();
+            problem.direction_offsets = vec![0, 2];
+            problem.check().expect("valid directions");
+            let solution = ContactSolver::default().solve(&problem, None);
+            assert_eq!(solution.status, SolveStatus::Solved, "{:e}", solution.certificate.worst());
+            let left = speed.signum() * (speed.abs() - 0.5 * length).max(0.0);
+            let wanted = [0.0, left * along[0] - across * along[1], left * along[1] + across * along[0]];
+            let apart = largest_difference(&solution.velocity, &wanted);
+            assert!(apart < 1e-9, "length {length}, {speed} m/s: {:?}, expected {wanted:?}", solution.velocity);
+            let part = speed.abs().min(0.5 * length) / length;
+            assert!((solution.alpha.iter().sum::<f64>() - part).abs() < 1e-9, "{:?}", solution.alpha);
+            assert_eq!(solution.report.lemke_islands, 0, "the projection solves it");
+        }
+    }
+}
