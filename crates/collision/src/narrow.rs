@@ -13,7 +13,7 @@ use crate::separation::{self, Separation};
 /// Patches that miss each other by less than this share of the size still touch.
 const LATERAL: f64 = 1e-9;
 /// A patch contact deeper than the separation by no more than this share of the size realises it.
-const REALISED: f64 = 1e-8;
+pub(crate) const REALISED: f64 = 1e-8;
 
 /// An overlap of no more than this share of the size is shallow.
 const SHALLOW: f64 = 1e-5;

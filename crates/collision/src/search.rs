@@ -170,7 +170,8 @@ impl Search {
         let to_b = b.center - a.center;
         for placed in [a, b] {
             let axis = placed.rotation.z_axis;
-            self.axes.extend(perpendicular(to_b, axis));
+            // Where the other shape is on the axis all directions across it are alike.
+            self.axes.push(perpendicular(to_b, axis).unwrap_or(placed.rotation.x_axis));
             if let Convex::Cone { radius, half_length } = placed.shape {
                 self.axes.extend(cone_normals(placed, *radius, *half_length, to_b, a, b));
             }
@@ -184,15 +185,21 @@ impl Search {
 }
 
 /// A search's result, but with a closed-form axis that separates as well: the axis is exact where the search determines
-/// its direction only to rounding.
+/// its direction only to rounding. Where the search ended in another direction, its points are not those of the axis.
 fn prefer_axis(axis: Separation, found: Separation, tolerance: f64) -> Separation {
-    if axis.gap >= found.gap - tolerance { Separation { midpoint: found.midpoint, ..axis } } else { found }
+    if axis.gap < found.gap - tolerance {
+        return found;
+    }
+    let same = axis.normal.dot(found.normal) > SAME_NORMAL;
+    Separation { midpoint: found.midpoint.filter(|_| same), ..axis }
 }
 
+/// Cosine above which two normals are one, to what a search determines of them.
+const SAME_NORMAL: f64 = 1.0 - 1e-8;
 /// Uncertainty of the distance, as a share of the size, at which GJK is taken to have stalled.
 const STALLED: f64 = 1e-11;
 /// Core distance, as a share of the size, below which closest points no longer give a direction.
-const TOUCHING: f64 = 1e-7;
+pub(crate) const TOUCHING: f64 = 1e-7;
 
 /// Unit vector of the part of `d` across the unit vector `axis`, if there is one.
 fn perpendicular(d: DVec3, axis: DVec3) -> Option<DVec3> {

@@ -8,7 +8,8 @@ use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed, bounds_of, scale};
 use crate::halfspace::HalfSpace;
 use crate::mesh::PlacedSet;
-use crate::narrow::Narrow;
+use crate::narrow::{Narrow, REALISED};
+use crate::search::TOUCHING;
 use crate::separation::{self, Separation};
 use crate::shape::Shape;
 
@@ -104,26 +105,36 @@ impl Queries {
 /// Two convex shapes.
 fn convex(narrow: &mut Narrow, a: &Placed, b: &Placed) -> Option<Nearest> {
     let any = f64::INFINITY;
-    let found = match (a.shape, b.shape) {
-        (_, Convex::Sphere { radius }) => separation::sphere(a, b, *radius, any)?,
-        (Convex::Sphere { radius }, _) => separation::sphere(b, a, *radius, any)?.swapped(),
+    let (found, midpoint) = match (a.shape, b.shape) {
+        (_, Convex::Sphere { radius }) => known(separation::sphere(a, b, *radius, any)?),
+        (Convex::Sphere { radius }, _) => known(separation::sphere(b, a, *radius, any)?.swapped()),
         _ => {
             let axis = narrow.search.axis(a, b, any)?;
-            narrow.search.general(a, b, axis, any)?
+            let found = narrow.search.general(a, b, axis, any)?;
+            // The closest points of shapes that are apart are sure, those where they touch or overlap less so.
+            if found.gap > TOUCHING * scale(a, b) { known(found) } else { (found, None) }
         }
     };
-    let Separation { normal, gap, midpoint } = found;
+    let Separation { normal, gap, .. } = found;
     let midpoint = midpoint.unwrap_or_else(|| facing_point(narrow, a, b, &found));
     let half = normal * (0.5 * gap);
     Some(Nearest { distance: gap, normal, point_a: midpoint - half, point_b: midpoint + half })
 }
 
-/// A point midway between the parts of two shapes that face each other.
+/// A separation with its own midpoint.
+fn known(found: Separation) -> (Separation, Option<DVec3>) {
+    (found, found.midpoint)
+}
+
+/// A point midway between the parts of two shapes that face each other, where these attain the gap; else the one that the search found.
 fn facing_point(narrow: &mut Narrow, a: &Placed, b: &Placed, found: &Separation) -> DVec3 {
     let mut touches = Vec::new();
-    narrow.patches(a, b, found, scale(a, b), &mut touches);
+    let (size, supports) = (scale(a, b), 0.5 * (a.support(found.normal) + b.support(-found.normal)));
+    if narrow.patches(a, b, found, size, &mut touches) > found.gap + REALISED * size {
+        return found.midpoint.unwrap_or(supports);
+    }
     let deepest = touches.iter().min_by(|s, t| s.gap.total_cmp(&t.gap));
-    deepest.map_or_else(|| 0.5 * (a.support(found.normal) + b.support(-found.normal)), |touch| touch.position)
+    deepest.map_or(supports, |touch| touch.position)
 }
 
 /// The triangles of a set against a convex shape B, where they are nearer than `bound`.
