@@ -105,36 +105,32 @@ impl Queries {
 /// Two convex shapes.
 fn convex(narrow: &mut Narrow, a: &Placed, b: &Placed) -> Option<Nearest> {
     let any = f64::INFINITY;
-    let (found, midpoint) = match (a.shape, b.shape) {
-        (_, Convex::Sphere { radius }) => known(separation::sphere(a, b, *radius, any)?),
-        (Convex::Sphere { radius }, _) => known(separation::sphere(b, a, *radius, any)?.swapped()),
+    let found = match (a.shape, b.shape) {
+        (_, Convex::Sphere { radius }) => separation::sphere(a, b, *radius, any)?,
+        (Convex::Sphere { radius }, _) => separation::sphere(b, a, *radius, any)?.swapped(),
         _ => {
             let axis = narrow.search.axis(a, b, any)?;
             let found = narrow.search.general(a, b, axis, any)?;
             // The closest points of shapes that are apart are sure, those where they touch or overlap less so.
-            if found.gap > TOUCHING * scale(a, b) { known(found) } else { (found, None) }
+            let is_sure = found.gap > TOUCHING * scale(a, b) && found.midpoint.is_some();
+            if is_sure { found } else { with_facing_point(narrow, a, b, found) }
         }
     };
-    let Separation { normal, gap, .. } = found;
-    let midpoint = midpoint.unwrap_or_else(|| facing_point(narrow, a, b, &found));
-    let half = normal * (0.5 * gap);
+    let Separation { normal, gap, midpoint } = found;
+    let (midpoint, half) = (midpoint?, normal * (0.5 * gap));
     Some(Nearest { distance: gap, normal, point_a: midpoint - half, point_b: midpoint + half })
 }
 
-/// A separation with its own midpoint.
-fn known(found: Separation) -> (Separation, Option<DVec3>) {
-    (found, found.midpoint)
-}
-
-/// A point midway between the parts of two shapes that face each other, where these attain the gap; else the one that the search found.
-fn facing_point(narrow: &mut Narrow, a: &Placed, b: &Placed, found: &Separation) -> DVec3 {
-    let mut touches = Vec::new();
-    let (size, supports) = (scale(a, b), 0.5 * (a.support(found.normal) + b.support(-found.normal)));
-    if narrow.patches(a, b, found, size, &mut touches) > found.gap + REALISED * size {
-        return found.midpoint.unwrap_or(supports);
+/// A separation with a point midway between the parts of two shapes that face each other, where these attain the gap; else with that of what reaches farthest.
+fn with_facing_point(narrow: &mut Narrow, a: &Placed, b: &Placed, found: Separation) -> Separation {
+    let (mut touches, size) = (Vec::new(), scale(a, b));
+    let smallest = narrow.patches(a, b, &found, size, &mut touches);
+    match touches.iter().min_by(|s, t| s.gap.total_cmp(&t.gap)) {
+        Some(deepest) if smallest <= found.gap + REALISED * size => {
+            Separation { midpoint: Some(deepest.position), ..found }
+        }
+        _ => narrow.closest(a, b, found, size, &mut touches),
     }
-    let deepest = touches.iter().min_by(|s, t| s.gap.total_cmp(&t.gap));
-    deepest.map_or(supports, |touch| touch.position)
 }
 
 /// The triangles of a set against a convex shape B, where they are nearer than `bound`.

@@ -6,7 +6,8 @@ use signorini_multibody::glam::{DMat3, DQuat, DVec3};
 use signorini_multibody::model::{HeightField, Mesh};
 use signorini_multibody::{Geom, GeomId, Geometry, Model, ModelBuilder, Pose};
 
-use crate::random::Random;
+use crate::random::{Random, cuboid_mesh};
+use crate::scene::contacts;
 use crate::support::{directions, extent, separation};
 
 /// Geoms on bodies that are welded to the world: the queries place them.
@@ -121,6 +122,36 @@ fn the_points_of_an_overlap_are_the_deepest() {
         assert!(a.max(b) < 1e-3, "case {case}: {kinds:?} by {a} and {b}: {found:?}");
     }
     assert!(overlaps > 1000, "{overlaps}");
+}
+
+/// Thin boxes and hulls that touch at edges and corners, where many directions separate them equally well, have a contact, and the points of their distance are
+/// on both.
+#[test]
+fn thin_shapes_that_touch_have_a_contact_there() {
+    let mut random = Random(14);
+    for case in 0..6000 {
+        let mut thin = |kind: usize| {
+            let [x, y, z] = [(); 3].map(|()| 10.0_f64.powf(between(&mut random, -4.0, 0.0)));
+            let half = DVec3::new(x, y, z);
+            let mut rock = || (0..12).map(|_| random.vector().normalize() * half).collect();
+            match kind {
+                0 => Geometry::Box { half_extents: half },
+                1 => cuboid_mesh(half),
+                _ => Geometry::ConvexMesh(Mesh { vertices: rock(), triangles: Vec::new() }.into()),
+            }
+        };
+        let shapes = [thin(case % 3), thin(case / 3 % 3)];
+        let mut poses = [pose(&mut random, 1.0), pose(&mut random, 1.0)];
+        let apart = queries(&shapes, &poses).distance(GeomId(0), GeomId(1)).expect("solids have a distance");
+        poses[1].position -= apart.normal * apart.distance;
+        let found = queries(&shapes, &poses).distance(GeomId(0), GeomId(1)).expect("solids have a distance");
+        let name = format!("case {case}: {found:?}");
+        let out =
+            sticks_out(found.point_a, &shapes[0], &poses[0]).max(sticks_out(found.point_b, &shapes[1], &poses[1]));
+        assert!(found.distance.abs() < 1e-8 && out < 1e-7, "{name}: {out}");
+        let points = contacts(&shapes[0], poses[0], &shapes[1], poses[1], 1e-7);
+        assert!(points.iter().any(|p| (p.gap - found.distance).abs() < 1e-8), "{name}: {points:?}");
+    }
 }
 
 /// Of cylinders and capsules on one axis the overlap along it or across it is the least, and across it all directions are alike.
