@@ -90,8 +90,9 @@ fn revolved(corners: &[DVec2], p: DVec3) -> (f64, DVec3) {
     (distance, radial(p) * n.x + DVec3::Z * n.y)
 }
 
-/// The nearest point x of an ellipsoid satisfies `x_i = a_i² p_i / (t + a_i²)`; t by bisection on the monotone branch
-/// (Eberly, Distance from a Point to an Ellipse, an Ellipsoid, 2013).
+/// The nearest point x of an ellipsoid satisfies `x_i = a_i² p_i / (u + a_i² − s²)` with the shortest semi-axis s; u by bisection on
+/// the monotone branch (Eberly, Distance from a Point to an Ellipse, an Ellipsoid, 2013). Near the plane of symmetry across the
+/// shortest axis u is small, which is why the bisection is for it and not for u − s².
 fn ellipsoid(axes: DVec3, p: DVec3) -> (f64, DVec3) {
     let q = p.abs();
     let squares = axes * axes;
@@ -102,9 +103,10 @@ fn ellipsoid(axes: DVec3, p: DVec3) -> (f64, DVec3) {
     } else {
         2
     };
-    let level = |t: f64| (axes * q / (squares + DVec3::splat(t))).length_squared() - 1.0;
-    let mut low = -squares[shortest] + axes[shortest] * q[shortest];
-    let mut high = -squares[shortest] + (axes * q).length();
+    let longer = (axes - DVec3::splat(axes[shortest])) * (axes + DVec3::splat(axes[shortest]));
+    let level = |u: f64| (axes * q / (longer + DVec3::splat(u))).length_squared() - 1.0;
+    let mut low = axes[shortest] * q[shortest];
+    let mut high = (axes * q).length();
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
@@ -112,15 +114,14 @@ fn ellipsoid(axes: DVec3, p: DVec3) -> (f64, DVec3) {
         }
         if level(middle) > 0.0 { low = middle } else { high = middle }
     }
-    let t = 0.5 * (low + high);
-    let mut x = squares * q / (squares + DVec3::splat(t));
-    if !x.is_finite() || level(t) < -1e-9 {
+    let u = 0.5 * (low + high);
+    let mut x = squares * q / (longer + DVec3::splat(u));
+    if !x.is_finite() || level(u) < -1e-9 {
         // On the plane of symmetry across the shortest axis the nearest point leaves that plane.
         let others = (0..3).filter(|&i| i != shortest);
         let mut rest = 1.0;
         for i in others {
-            let gap = squares[i] - squares[shortest];
-            x[i] = if gap > 0.0 { (squares[i] * q[i] / gap).min(axes[i]) } else { 0.0 };
+            x[i] = if longer[i] > 0.0 { (squares[i] * q[i] / longer[i]).min(axes[i]) } else { 0.0 };
             rest -= (x[i] / axes[i]).powi(2);
         }
         x[shortest] = axes[shortest] * rest.max(0.0).sqrt();

@@ -138,14 +138,32 @@ impl TriangleSet {
             return (side, false);
         }
         let upright = n.dot(side);
-        for edge in &face.edges {
-            let (across, [cosine, sine]) = (n.dot(edge.out), edge.lean[usize::from(!front)]);
+        for (k, edge) in face.edges.iter().enumerate() {
+            let [cosine, sine] = edge.lean[usize::from(!front)];
             // The sine of the angle by which it leans farther than it may.
-            if across >= 0.0 && across * cosine > upright * sine {
+            let too_far = |across: f64| across >= 0.0 && across * cosine > upright * sine;
+            if too_far(n.dot(edge.out)) && too_far(face.leaning_over(k, n)) {
                 return (side, false);
             }
         }
         (n, true)
+    }
+}
+
+impl Face {
+    /// How much of the part of `n` in the face's plane points over edge `k`: what points out of a triangle is made up of two of its outward directions, one where
+    /// it is at an edge. Next to an obtuse corner the other edge's outward direction has a part along it as well, over which it does not lean.
+    fn leaning_over(&self, k: usize, n: DVec3) -> f64 {
+        let out = self.edges[k].out;
+        let along = n.dot(out);
+        let beside = [1, 2].map(|step| {
+            let other = self.edges[(k + step) % 3].out;
+            let (cosine, across) = (out.dot(other), n.dot(other));
+            let square = 1.0 - cosine * cosine;
+            ((across - cosine * along) / square, (along - cosine * across) / square)
+        });
+        let [(b, a), (c, d)] = beside;
+        along.min(if b >= c { a } else { d })
     }
 }
 

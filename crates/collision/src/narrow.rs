@@ -1,5 +1,7 @@
 //! Contact points of one pair of shapes.
 
+use glamx::glam::DVec3;
+
 use crate::capsule;
 use crate::convex::{Convex, Placed, scale};
 use crate::ellipsoids;
@@ -7,13 +9,13 @@ use crate::feature::Feature;
 use crate::hull::Visited;
 use crate::manifold::{Manifold, Touch};
 use crate::reduce::Reducer;
-use crate::search::Search;
+use crate::search::{Search, TOUCHING};
 use crate::separation::{self, Separation};
 
 /// Patches that miss each other by less than this share of the size still touch.
 const LATERAL: f64 = 1e-9;
 /// A patch contact deeper than the separation by no more than this share of the size realises it.
-const REALISED: f64 = 1e-8;
+pub(crate) const REALISED: f64 = 1e-8;
 
 /// An overlap of no more than this share of the size is shallow.
 const SHALLOW: f64 = 1e-5;
@@ -86,7 +88,8 @@ impl Narrow {
         let exact = self.search.general(a, b, axis, margin)?;
         let smallest = self.patches(a, b, &exact, size, out);
         if smallest > exact.gap + REALISED * size {
-            push_closest(Some(exact), out);
+            let closest = self.closest(a, b, exact, size, out);
+            push_closest(Some(closest), out);
         }
         self.reducer.outline(out, from, margin, size);
         Some(exact)
@@ -104,6 +107,36 @@ impl Narrow {
         }
         smallest
     }
+
+    /// A separation with a point midway between what touches there. The closest points of shapes that are apart are sure; where they touch or overlap,
+    /// what reaches farthest along the normal says more, if it faces each other. `buffer` is as before afterwards.
+    pub fn closest(
+        &mut self,
+        a: &Placed,
+        b: &Placed,
+        found: Separation,
+        size: f64,
+        buffer: &mut Vec<Touch>,
+    ) -> Separation {
+        if found.gap > TOUCHING * size && found.midpoint.is_some() {
+            return found;
+        }
+        self.manifold.patch_a.fill_farthest(a, found.normal, REALISED * size);
+        self.manifold.patch_b.fill_farthest(b, -found.normal, REALISED * size);
+        let from = buffer.len();
+        self.manifold.clip(found.normal, LATERAL * size, buffer);
+        let middle = middle_of(&buffer[from..]);
+        buffer.truncate(from);
+        match middle {
+            Some(middle) => Separation { midpoint: Some(middle), ..found },
+            None => self.search.with_point(found, a, b),
+        }
+    }
+}
+
+/// The mean of the places of some contacts.
+fn middle_of(touches: &[Touch]) -> Option<DVec3> {
+    (!touches.is_empty()).then(|| touches.iter().map(|touch| touch.position).sum::<DVec3>() / touches.len() as f64)
 }
 
 fn push_closest(separation: Option<Separation>, out: &mut Vec<Touch>) -> Option<Separation> {

@@ -62,6 +62,58 @@ impl Patch {
         }
     }
 
+    /// Fills the corners of a polyhedron that reach farthest along the unit vector `n`, those within `tolerance` (m) of it, in convex order; none of a curved shape.
+    /// Where a corner or an edge touches, the face that looks along `n` most may be another one.
+    pub fn fill_farthest(&mut self, placed: &Placed, n: DVec3, tolerance: f64) {
+        self.clear();
+        let d = placed.local(n);
+        match placed.shape {
+            Convex::Box { half } => {
+                for id in 0..8_u32 {
+                    self.push(box_corner(*half, [id & 1 != 0, id & 2 != 0, id & 4 != 0]), id);
+                }
+            }
+            Convex::Hull(hull) => (0..).zip(&hull.vertices).for_each(|(id, vertex)| self.push(*vertex, id)),
+            Convex::Triangle(t) => t.vertices.iter().zip(t.ids).for_each(|(vertex, id)| self.push(*vertex, id)),
+            _ => return,
+        }
+        self.keep_farthest(d, tolerance);
+        self.order_about(d);
+        for point in &mut self.points {
+            *point = placed.point(*point);
+        }
+    }
+
+    /// Leaves out the points that do not reach as far along `d` as the farthest, less a tolerance.
+    fn keep_farthest(&mut self, d: DVec3, tolerance: f64) {
+        let farthest = self.points.iter().map(|p| d.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
+        let mut kept = 0;
+        for k in 0..self.points.len() {
+            if d.dot(self.points[k]) >= farthest - tolerance {
+                (self.points[kept], self.ids[kept]) = (self.points[k], self.ids[k]);
+                kept += 1;
+            }
+        }
+        self.points.truncate(kept);
+        self.ids.truncate(kept);
+    }
+
+    /// Brings the corners of a polygon across `d` into convex order.
+    fn order_about(&mut self, d: DVec3) {
+        let middle = self.points.iter().sum::<DVec3>() / self.points.len() as f64;
+        let (u, v) = d.any_orthonormal_pair();
+        let angle = |p: DVec3| (p - middle).dot(v).atan2((p - middle).dot(u));
+        for end in 1..self.points.len() {
+            for k in (1..=end).rev() {
+                if angle(self.points[k - 1]) <= angle(self.points[k]) {
+                    break;
+                }
+                self.points.swap(k - 1, k);
+                self.ids.swap(k - 1, k);
+            }
+        }
+    }
+
     /// The face of a box, in the common frame.
     fn box_face(&mut self, placed: &Placed, half: DVec3, d: DVec3) {
         let a = d.abs();

@@ -17,6 +17,8 @@ pub(crate) struct Search {
     known: Vec<Farthest>,
     /// What [`axis`](Self::axis) knows of the closest points of the cores.
     closest: Option<Outcome>,
+    /// Where the direction that was found is an axis without a point that is known: another one along which the shapes are as far apart, with a point.
+    tie: Option<Separation>,
     /// A direction along which the shapes of the last search are farther apart than asked for, where they are and it is known.
     pub apart: Option<DVec3>,
     /// How the shapes of the last search could move.
@@ -77,6 +79,7 @@ impl Search {
     /// Johnson, Keerthi 1988) when they are apart, else an expanding polytope (van den Bergen 2001). `None` if farther apart than
     /// `margin`.
     pub fn general(&mut self, a: &Placed, b: &Placed, axis: Separation, margin: f64) -> Option<Separation> {
+        self.tie = None;
         let size = scale(a, b);
         let radii = a.shape.radius() + b.shape.radius();
         match self.closest.take().unwrap_or_else(|| gjk::closest(a, b, margin + radii)) {
@@ -96,11 +99,11 @@ impl Search {
                 let stalled = pair.open > STALLED * size;
                 let polished = if stalled { self.epa.search(a, b, &self.known, 2.0 * pair.distance) } else { None };
                 let found = polished.filter(|p| p.gap > gap).unwrap_or(found);
-                Some(prefer_axis(axis, found, 1e-12 * size))
+                Some(self.prefer_axis(axis, found, 1e-12 * size))
             }
             _ => {
                 let found = self.epa.search(a, b, &self.known, 0.0);
-                Some(found.map_or(axis, |f| prefer_axis(axis, f, 1e-10 * size)))
+                Some(found.map_or(axis, |f| self.prefer_axis(axis, f, 1e-10 * size)))
             }
         }
         .filter(|s| {
@@ -109,6 +112,34 @@ impl Search {
             }
             s.gap <= margin
         })
+    }
+
+    /// A search's result, but with a closed-form axis that separates as well: the axis is exact where the search determines
+    /// its direction only to rounding. Where the search ended in another direction, its point is not one of the axis.
+    fn prefer_axis(&mut self, axis: Separation, found: Separation, tolerance: f64) -> Separation {
+        if axis.gap < found.gap - tolerance {
+            return found;
+        }
+        if axis.normal.dot(found.normal) > SAME_NORMAL {
+            return Separation { midpoint: found.midpoint, ..axis };
+        }
+        self.tie = Some(found).filter(|found| found.gap >= axis.gap - tolerance);
+        axis
+    }
+
+    /// The separation that was found with a point of its own: where it has none, the direction that separates as well and has one, or else the middle of the
+    /// closest points, or between what reaches farthest along the normal.
+    pub fn with_point(&self, found: Separation, a: &Placed, b: &Placed) -> Separation {
+        if found.midpoint.is_some() {
+            return found;
+        }
+        let middle = match gjk::closest(a, b, f64::INFINITY) {
+            Outcome::Apart(pair) => {
+                0.5 * (pair.point_a + pair.point_b + found.normal * (a.shape.radius() - b.shape.radius()))
+            }
+            _ => 0.5 * (a.support(found.normal) + b.support(-found.normal)),
+        };
+        self.tie.unwrap_or(Separation { midpoint: Some(middle), ..found })
     }
 
     /// Of shapes with many faces those directions that can matter: the faces nearest to the direction of the closest points.
@@ -170,7 +201,8 @@ impl Search {
         let to_b = b.center - a.center;
         for placed in [a, b] {
             let axis = placed.rotation.z_axis;
-            self.axes.extend(perpendicular(to_b, axis));
+            // Where the other shape is on the axis all directions across it are alike.
+            self.axes.push(perpendicular(to_b, axis).unwrap_or(placed.rotation.x_axis));
             if let Convex::Cone { radius, half_length } = placed.shape {
                 self.axes.extend(cone_normals(placed, *radius, *half_length, to_b, a, b));
             }
@@ -183,16 +215,12 @@ impl Search {
     }
 }
 
-/// A search's result, but with a closed-form axis that separates as well: the axis is exact where the search determines
-/// its direction only to rounding.
-fn prefer_axis(axis: Separation, found: Separation, tolerance: f64) -> Separation {
-    if axis.gap >= found.gap - tolerance { Separation { midpoint: found.midpoint, ..axis } } else { found }
-}
-
+/// Cosine above which two normals are one, to what a search determines of them.
+const SAME_NORMAL: f64 = 1.0 - 1e-8;
 /// Uncertainty of the distance, as a share of the size, at which GJK is taken to have stalled.
 const STALLED: f64 = 1e-11;
 /// Core distance, as a share of the size, below which closest points no longer give a direction.
-const TOUCHING: f64 = 1e-7;
+pub(crate) const TOUCHING: f64 = 1e-7;
 
 /// Unit vector of the part of `d` across the unit vector `axis`, if there is one.
 fn perpendicular(d: DVec3, axis: DVec3) -> Option<DVec3> {

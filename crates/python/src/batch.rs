@@ -21,6 +21,7 @@ use crate::guard;
 use crate::model::Model;
 use crate::quantity::Quantity;
 use crate::settings::PySettings;
+use crate::simulations::{Simulations, simulation};
 use views::Views;
 
 /// Independent simulations of one model; each makes the steps that it would make alone, with the same bits.
@@ -197,13 +198,12 @@ impl Batch {
 
     /// Makes `nstep` steps of the simulations `ids`, or of all; the GIL is released meanwhile.
     #[pyo3(signature = (nstep=1, ids=None))]
-    fn step(&self, py: Python<'_>, nstep: u64, ids: Option<Vec<usize>>) -> PyResult<()> {
+    fn step(&self, py: Python<'_>, nstep: u64, ids: Option<Simulations>) -> PyResult<()> {
+        let ids = ids.map(|ids| ids.among(self.count)).transpose()?;
         let mut lanes = self.loaded(py)?;
         let Lanes { batch, stepped } = &mut *lanes;
         let mut chosen = vec![ids.is_none(); self.count];
-        for i in ids.into_iter().flatten() {
-            *chosen.get_mut(i).ok_or_else(|| self.no_simulation(i))? = true;
-        }
+        ids.into_iter().flatten().for_each(|i| chosen[i] = true);
         guard::detached(py, || batch.step_chosen(nstep, &chosen))?;
         stepped.iter_mut().zip(chosen).for_each(|(stepped, chosen)| *stepped |= chosen && nstep > 0);
         self.views.publish(py, batch)?;
@@ -275,10 +275,8 @@ impl Batch {
 
     /// Gives a simulation parameters of its own, relative to those of the model.
     #[pyo3(signature = (id, *, friction=1.0, mass=1.0, gravity=None))]
-    fn vary(&self, py: Python<'_>, id: usize, friction: f64, mass: f64, gravity: Option<[f64; 3]>) -> PyResult<()> {
-        if id >= self.count {
-            return Err(self.no_simulation(id));
-        }
+    fn vary(&self, py: Python<'_>, id: isize, friction: f64, mass: f64, gravity: Option<[f64; 3]>) -> PyResult<()> {
+        let id = simulation(id, self.count)?;
         let mut lanes = self.loaded(py)?;
         let variation =
             Variation::default().with_friction(friction).with_mass(mass).with_gravity(gravity.map(Into::into));
@@ -287,8 +285,15 @@ impl Batch {
         Ok(())
     }
 
+    /// The indices of simulations, from 0; of all without `ids`.
+    #[pyo3(signature = (ids=None))]
+    fn _simulations(&self, ids: Option<Simulations>) -> PyResult<Vec<usize>> {
+        ids.map_or_else(|| Ok((0..self.count).collect()), |ids| ids.among(self.count))
+    }
+
     #[pyo3(signature = (ids=None, keyframe=None))]
-    fn _reset(&self, py: Python<'_>, ids: Option<Vec<usize>>, keyframe: Option<usize>) -> PyResult<()> {
+    fn _reset(&self, py: Python<'_>, ids: Option<Simulations>, keyframe: Option<usize>) -> PyResult<()> {
+        let ids = self._simulations(ids)?;
         let mut lanes = self.loaded(py)?;
         let Lanes { batch, stepped } = &mut *lanes;
         let (model, nu) = (self.model.get().inner.clone(), self.model.get().inner.actuators.len());
@@ -304,8 +309,8 @@ impl Batch {
         };
         let mocap = if mocap.is_empty() { mocap_placements(&model) } else { mocap };
         control.resize(nu, 0.0);
-        for i in ids.unwrap_or_else(|| (0..self.count).collect()) {
-            *stepped.get_mut(i).ok_or_else(|| self.no_simulation(i))? = false;
+        for i in ids {
+            stepped[i] = false;
             batch.state_mut(i).clone_from(&state);
             *batch.input_mut(i) = Input::default().with_control(control.clone()).with_mocap(mocap.clone());
             batch.clear_warm_start(i);
@@ -317,10 +322,6 @@ impl Batch {
 }
 
 impl Batch {
-    pub fn no_simulation(&self, i: usize) -> PyErr {
-        PyIndexError::new_err(format!("simulation {i}: the batch has {}", self.count))
-    }
-
     fn lock(&self) -> PyResult<MutexGuard<'_, Lanes>> {
         if self.threads_of.is_some_and(|process| process != process::id()) {
             return Err(PyRuntimeError::new_err(

@@ -35,6 +35,7 @@ mod recording;
 mod render;
 mod report;
 mod settings;
+mod simulations;
 mod solution;
 mod spec;
 mod statics;

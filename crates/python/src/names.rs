@@ -1,15 +1,29 @@
 //! Parts of a model by name or index, wherever Python asks for one.
 
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use signorini::multibody::{BodyId, GeomId, JointId, Model, SiteId};
 
 /// A part by its name or its index; negative ones count from the end.
-#[derive(FromPyObject)]
 pub enum Key {
     /// By name.
     Name(String),
     /// By index.
     Index(isize),
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Key {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(name) = given.extract() {
+            return Ok(Self::Name(name));
+        }
+        given.extract().map(Self::Index).map_err(|_| {
+            let given = given.repr().map_or_else(|_| String::from("this"), |text| text.to_string());
+            PyTypeError::new_err(format!("a part is asked for by its name or its index, not by {given}"))
+        })
+    }
 }
 
 impl Key {

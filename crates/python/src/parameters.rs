@@ -11,6 +11,7 @@ use crate::data::Data;
 use crate::error::{ModelError, ProblemError, simulation_error};
 use crate::guard;
 use crate::model::Model;
+use crate::simulations::Simulations;
 
 type Numbers<'py> = Bound<'py, PyArrayDyn<f64>>;
 
@@ -101,13 +102,11 @@ impl Batch {
     }
 
     /// Changes simulations `ids`; the values of each parameter are one after the other.
-    fn _change(&self, py: Python<'_>, ids: Vec<usize>, changes: Changes) -> PyResult<()> {
+    fn _change(&self, py: Python<'_>, ids: Simulations, changes: Changes) -> PyResult<()> {
         let mut lanes = self.loaded(py)?;
         let lanes = &mut *lanes;
         let changes = parsed(changes)?;
-        if let Some(i) = ids.iter().find(|i| **i >= lanes.batch.len()) {
-            return Err(self.no_simulation(*i));
-        }
+        let ids = ids.among(lanes.batch.len())?;
         for (place, &i) in ids.iter().enumerate() {
             let own = |(parameter, all): &(Parameter, Vec<f64>)| {
                 let size = all.len() / ids.len();

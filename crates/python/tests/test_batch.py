@@ -131,6 +131,29 @@ def test_simulations_with_parameters_of_their_own():
         batch.vary(4)
 
 
+def test_simulations_are_asked_for_by_index():
+    model = signorini.Model.from_string("<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body></worldbody></mujoco>")
+    batch = signorini.Batch(model, 3)
+    batch.step(2)
+    batch.reset([-1])
+    assert batch.time.tolist() == [0.004, 0.004, 0]
+    batch.step(1, ids=np.array([-1, 0]))
+    batch.vary(-1, mass=2.0)
+    batch.change([-2], gravity=(0, 0, -1))
+    assert batch.time.tolist() == [0.006, 0.004, 0.002] and batch.parameter("gravity")[:, 2].tolist() == [-9.81, -1, -9.81]
+    # A mask of Python's truth values would be 0s and 1s: the first two simulations.
+    for mask in ([False, False, True], np.array([False, False, True])):
+        for ask in (lambda: batch.step(1, ids=mask), lambda: batch.reset(mask), lambda: batch.change(mask, gravity=(0, 0, 0))):
+            with pytest.raises(TypeError, match=r"flatnonzero\(mask\)"):
+                ask()
+    time = batch.time.copy()
+    for ids in ([0, 3], [0, -4]):
+        for ask in (lambda: batch.step(1, ids=ids), lambda: batch.reset(ids), lambda: batch.change(ids, gravity=(0, 0, 0))):
+            with pytest.raises(IndexError, match=f"simulation {ids[1]}: the batch has 3"):
+                ask()
+    assert np.array_equal(batch.time, time) and batch.parameter("gravity")[0, 2] == -9.81
+
+
 def test_bodies_moved_from_outside_and_what_corrections_leave():
     text = """<mujoco><worldbody><body name="hand" mocap="true" pos="0 0 1"><geom size="0.1" contype="0" conaffinity="0"/></body>
       <body name="tool" pos="0 0 1.5"><freejoint/><geom size="0.1" mass="1" contype="0" conaffinity="0"/></body></worldbody>

@@ -133,6 +133,8 @@ def test_an_unknown_name_lists_the_names_that_exist_the_closest_first():
     for wrong in (1.0, None):
         with pytest.raises(TypeError, match="a body is asked for by its name or its index, not by"):
             model.body(wrong)
+    with pytest.raises(TypeError, match=r"a part is asked for by its name or its index, not by 1\.5"):
+        signorini.center_of_mass(model, signorini.Data(model), 1.5)
     with pytest.raises(IndexError, match="the model has 4"):
         model.body(4)
 

@@ -1,5 +1,7 @@
 """Recordings and reports."""
 
+import pathlib
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,21 @@ def test_one_recorder_at_a_time_and_errors_end_it(ball):
                 data.record()
             1 / 0
     assert recorder.recording.ending == "finished: ZeroDivisionError: division by zero"
+
+
+def test_a_recording_that_begins_within_a_run_certifies_again():
+    """What a run knows of pairs that are far apart, the check of a recording that begins later does not."""
+    model = signorini.Model.from_file(pathlib.Path(signorini.__file__).parent / "gymnasium" / "models" / "ant.xml")
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        data = signorini.Data(model)
+        data.ctrl[:] = 2 * rng.normal(size=model.nu)
+        signorini.step(model, data, nstep=int(rng.integers(5, 12)))
+        data.ctrl[:] = rng.normal(size=model.nu)
+        with data.record() as recorder:
+            signorini.step(model, data, nstep=3)
+        check = recorder.recording.check()
+        assert check and check.steps == 3, f"{seed}: {check.violations}"
 
 
 def test_the_report_is_one_page(cards, tmp_path):

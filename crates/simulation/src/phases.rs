@@ -92,10 +92,15 @@ impl Workspace {
     /// Enlarges the reach where the velocity at the end of the step moves bodies beyond it, or the bodies of a pair farther against each other
     /// than was looked for; whether there was one.
     pub(crate) fn enlarge_reach(&mut self) -> bool {
+        let outrun = self.note_outrun();
+        self.reach.enlarge(self.builder.problem.timestep) || outrun
+    }
+
+    /// Takes note of the pairs whose bodies the velocity at the end of the step moves farther against each other than was looked for; whether there
+    /// are any.
+    pub(crate) fn note_outrun(&mut self) -> bool {
         let Self { collider, kinematics, reach, builder, .. } = self;
-        let dt = builder.problem.timestep;
-        let outrun = reach.by_pairs && reach.note_outrun(kinematics, collider.pair_reaches(), dt);
-        reach.enlarge(dt) || outrun
+        reach.by_pairs && reach.note_outrun(kinematics, collider.pair_reaches(), builder.problem.timestep)
     }
 
     /// Builds the step's problem with the points that are chosen.

@@ -211,7 +211,9 @@ impl Recertifier {
         ws.reach.end_with(model, &ws.kinematics, &first.velocity);
         ws.candidates.begin();
         ws.find_points(model);
-        if !solution.reach.is_empty() && ws.enlarge_reach() {
+        // Pairs that the step knew from earlier ones to be out of reach may outrun the bounds that a search without that past is content with.
+        let outrun = if solution.reach.is_empty() { ws.note_outrun() } else { ws.enlarge_reach() };
+        if outrun {
             ws.find_points(model);
         }
         let recorded = &frame.contacts;

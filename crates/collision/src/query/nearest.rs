@@ -8,7 +8,8 @@ use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed, bounds_of, scale};
 use crate::halfspace::HalfSpace;
 use crate::mesh::PlacedSet;
-use crate::narrow::Narrow;
+use crate::narrow::{Narrow, REALISED};
+use crate::search::TOUCHING;
 use crate::separation::{self, Separation};
 use crate::shape::Shape;
 
@@ -109,21 +110,27 @@ fn convex(narrow: &mut Narrow, a: &Placed, b: &Placed) -> Option<Nearest> {
         (Convex::Sphere { radius }, _) => separation::sphere(b, a, *radius, any)?.swapped(),
         _ => {
             let axis = narrow.search.axis(a, b, any)?;
-            narrow.search.general(a, b, axis, any)?
+            let found = narrow.search.general(a, b, axis, any)?;
+            // The closest points of shapes that are apart are sure, those where they touch or overlap less so.
+            let is_sure = found.gap > TOUCHING * scale(a, b) && found.midpoint.is_some();
+            if is_sure { found } else { with_facing_point(narrow, a, b, found) }
         }
     };
     let Separation { normal, gap, midpoint } = found;
-    let midpoint = midpoint.unwrap_or_else(|| facing_point(narrow, a, b, &found));
-    let half = normal * (0.5 * gap);
+    let (midpoint, half) = (midpoint?, normal * (0.5 * gap));
     Some(Nearest { distance: gap, normal, point_a: midpoint - half, point_b: midpoint + half })
 }
 
-/// A point midway between the parts of two shapes that face each other.
-fn facing_point(narrow: &mut Narrow, a: &Placed, b: &Placed, found: &Separation) -> DVec3 {
-    let mut touches = Vec::new();
-    narrow.patches(a, b, found, scale(a, b), &mut touches);
-    let deepest = touches.iter().min_by(|s, t| s.gap.total_cmp(&t.gap));
-    deepest.map_or_else(|| 0.5 * (a.support(found.normal) + b.support(-found.normal)), |touch| touch.position)
+/// A separation with a point midway between the parts of two shapes that face each other, where these attain the gap; else with that of what reaches farthest.
+fn with_facing_point(narrow: &mut Narrow, a: &Placed, b: &Placed, found: Separation) -> Separation {
+    let (mut touches, size) = (Vec::new(), scale(a, b));
+    let smallest = narrow.patches(a, b, &found, size, &mut touches);
+    match touches.iter().min_by(|s, t| s.gap.total_cmp(&t.gap)) {
+        Some(deepest) if smallest <= found.gap + REALISED * size => {
+            Separation { midpoint: Some(deepest.position), ..found }
+        }
+        _ => narrow.closest(a, b, found, size, &mut touches),
+    }
 }
 
 /// The triangles of a set against a convex shape B, where they are nearer than `bound`.

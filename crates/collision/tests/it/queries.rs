@@ -2,11 +2,12 @@
 //! normal separates the shapes by it (it is no larger), by support functions written for the tests. A ray is marched.
 
 use signorini_collision::{Nearest, Queries, Ray};
-use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::glam::{DMat3, DQuat, DVec3};
 use signorini_multibody::model::{HeightField, Mesh};
 use signorini_multibody::{Geom, GeomId, Geometry, Model, ModelBuilder, Pose};
 
-use crate::random::Random;
+use crate::random::{Random, cuboid_mesh};
+use crate::scene::contacts;
 use crate::support::{directions, extent, separation};
 
 /// Geoms on bodies that are welded to the world: the queries place them.
@@ -89,6 +90,107 @@ fn a_distance_is_that_of_its_points_and_of_its_normal() {
         }
         let back = queries(&shapes, &poses).distance(GeomId(1), GeomId(0)).expect("as before");
         assert!((back.distance - distance).abs() < small, "{name}: {back:?}");
+    }
+}
+
+/// Shapes turned by quarters and eighths, far inside each other: several directions separate them nearly as well. The points of an overlap
+/// are where the shapes reach farthest along its normal.
+#[test]
+fn the_points_of_an_overlap_are_the_deepest() {
+    let mut random = Random(11);
+    let eighth = std::f64::consts::FRAC_PI_4;
+    let mut overlaps = 0;
+    for case in 0..3000 {
+        let shapes = [case % CONVEX, case / CONVEX % CONVEX].map(|kind| shape(&mut random, kind));
+        let turned = |random: &mut Random| {
+            let turn = |axis, random: &mut Random| DQuat::from_axis_angle(axis, eighth * (random.unit() * 8.0).floor());
+            turn(DVec3::X, random) * turn(DVec3::Z, random) * turn(DVec3::Y, random)
+        };
+        let aside = DVec3::AXES[(random.unit() * 3.0) as usize] * between(&mut random, 0.0, 0.5);
+        let poses = [Pose::new(DVec3::ZERO, turned(&mut random)), Pose::new(aside, turned(&mut random))];
+        let found = queries(&shapes, &poses).distance(GeomId(0), GeomId(1)).expect("solids have a distance");
+        if found.distance > -1e-3 {
+            continue;
+        }
+        overlaps += 1;
+        let missed = |k: usize, n: DVec3, point: DVec3| {
+            (extent(&shapes[k], &poses[k], n) - n.dot(point)).abs().max(sticks_out(point, &shapes[k], &poses[k]))
+        };
+        let [a, b] = [missed(0, found.normal, found.point_a), missed(1, -found.normal, found.point_b)];
+        let kinds = shapes.each_ref().map(|shape| shape.kind_name());
+        // Where two shapes of revolution share an axis no direction about it is the deepest, and the search ends with one of them to 1e-8.
+        assert!(a.max(b) < 1e-3, "case {case}: {kinds:?} by {a} and {b}: {found:?}");
+    }
+    assert!(overlaps > 1000, "{overlaps}");
+}
+
+/// Thin boxes and hulls that touch at edges and corners, where many directions separate them equally well, have a contact, and the points of their distance are
+/// on both.
+#[test]
+fn thin_shapes_that_touch_have_a_contact_there() {
+    let mut random = Random(14);
+    for case in 0..6000 {
+        let mut thin = |kind: usize| {
+            let [x, y, z] = [(); 3].map(|()| 10.0_f64.powf(between(&mut random, -4.0, 0.0)));
+            let half = DVec3::new(x, y, z);
+            let mut rock = || (0..12).map(|_| random.vector().normalize() * half).collect();
+            match kind {
+                0 => Geometry::Box { half_extents: half },
+                1 => cuboid_mesh(half),
+                _ => Geometry::ConvexMesh(Mesh { vertices: rock(), triangles: Vec::new() }.into()),
+            }
+        };
+        let shapes = [thin(case % 3), thin(case / 3 % 3)];
+        let mut poses = [pose(&mut random, 1.0), pose(&mut random, 1.0)];
+        let apart = queries(&shapes, &poses).distance(GeomId(0), GeomId(1)).expect("solids have a distance");
+        poses[1].position -= apart.normal * apart.distance;
+        let found = queries(&shapes, &poses).distance(GeomId(0), GeomId(1)).expect("solids have a distance");
+        let name = format!("case {case}: {found:?}");
+        let out =
+            sticks_out(found.point_a, &shapes[0], &poses[0]).max(sticks_out(found.point_b, &shapes[1], &poses[1]));
+        assert!(found.distance.abs() < 1e-8 && out < 1e-7, "{name}: {out}");
+        let points = contacts(&shapes[0], poses[0], &shapes[1], poses[1], 1e-7);
+        assert!(points.iter().any(|p| (p.gap - found.distance).abs() < 1e-8), "{name}: {points:?}");
+    }
+}
+
+/// Of cylinders and capsules on one axis the overlap along it or across it is the least, and across it all directions are alike.
+#[test]
+fn shapes_on_one_axis_overlap_as_far_as_their_radii() {
+    let mut random = Random(13);
+    for case in 0..200 {
+        let [r, h, s, g] = [(); 4].map(|()| between(&mut random, 0.1, 0.5));
+        let turned = random.rotation();
+        let shift = h * random.signed();
+        let other = if case % 2 == 0 {
+            Geometry::Cylinder { radius: s, half_length: g }
+        } else {
+            Geometry::Capsule { radius: s, half_length: g }
+        };
+        let end = if case % 2 == 0 { g } else { g + s };
+        let poses = [Pose::new(DVec3::ZERO, turned), Pose::new(turned * DVec3::Z * shift, turned)];
+        let shapes = [Geometry::Cylinder { radius: r, half_length: h }, other];
+        let found = queries(&shapes, &poses).distance(GeomId(0), GeomId(1)).expect("solids have a distance");
+        let expected = (r + s).min(h + end - shift.abs());
+        assert!((found.distance + expected).abs() < 1e-11, "case {case}: {expected}, not {found:?}");
+    }
+}
+
+/// A point inside an ellipsoid is as far from its surface beside a plane of symmetry as in it.
+#[test]
+fn the_depth_in_an_ellipsoid_is_continuous_at_its_planes() {
+    let mut random = Random(12);
+    for case in 0..200 {
+        let [long, middle] = [(); 2].map(|()| between(&mut random, 0.2, 1.0));
+        let shape = Geometry::Ellipsoid { semi_axes: DVec3::new(long, middle, 0.1) };
+        let mut world = queries(&[shape, Geometry::Sphere { radius: 1e-12 }], &[Pose::IDENTITY, Pose::IDENTITY]);
+        let inside = DVec3::new(long * random.signed(), middle * random.signed(), 0.0) * 0.5;
+        let within = depth(&mut world, inside, &Pose::IDENTITY);
+        for k in 0..20 {
+            let aside = 10.0_f64.powi(-k);
+            let beside = depth(&mut world, inside + DVec3::Z * (0.05 * aside), &Pose::IDENTITY);
+            assert!((beside - within).abs() < 0.05 * aside + 1e-12, "case {case}: {within} and {beside} by {aside}");
+        }
     }
 }
 

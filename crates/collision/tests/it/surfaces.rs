@@ -207,3 +207,64 @@ fn membranes_have_hulls() {
         }
     }
 }
+
+/// A solid over the faces of a tetrahedron that was split again and again, its corners at random distances from the middle: ridges, valleys and
+/// obtuse triangles.
+fn crumpled(random: &mut Random) -> Mesh {
+    let mut vertices =
+        vec![DVec3::ONE, DVec3::new(1.0, -1.0, -1.0), DVec3::new(-1.0, 1.0, -1.0), DVec3::new(-1.0, -1.0, 1.0)];
+    let mut triangles = vec![[0_u32, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+    for _ in 0..6 {
+        let [a, b, c] = triangles.swap_remove((random.unit() * triangles.len() as f64) as usize);
+        let new = vertices.len() as u32;
+        vertices.push([a, b, c].iter().map(|i| vertices[*i as usize] * (0.2 + random.unit())).sum());
+        triangles.extend([[a, b, new], [b, c, new], [c, a, new]]);
+    }
+    let vertices = vertices.iter().map(|v| v.normalize() * (0.3 + 0.7 * random.unit())).collect();
+    Mesh { vertices, triangles }
+}
+
+/// Distance of a point from a triangle: from its plane where it is over the triangle, else from its sides.
+fn from_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a).normalize();
+    let sides = [(a, b), (b, c), (c, a)];
+    if sides.iter().all(|(s, t)| (t - s).cross(p - s).dot(normal) >= 0.0) {
+        return normal.dot(p - a).abs();
+    }
+    let from_side = |(s, t): (DVec3, DVec3)| {
+        let along = ((p - s).dot(t - s) / (t - s).length_squared()).clamp(0.0, 1.0);
+        (p - s.lerp(t, along)).length()
+    };
+    sides.map(from_side).into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Whether a point is inside a solid that is seen whole from the origin: under the triangle that hides it.
+fn is_under(p: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
+    let hidden = [(a, b), (b, c), (c, a)].iter().all(|(s, t)| s.cross(*t).dot(p) >= 0.0);
+    hidden && (b - a).cross(c - a).dot(p - a) < 0.0
+}
+
+/// Outside a mesh the deepest contact of a ball is where the mesh is nearest, on ridges beside obtuse corners as well.
+#[test]
+fn a_ball_touches_a_mesh_where_it_is_nearest() {
+    let mut random = Random(31);
+    let radius = 0.01;
+    let mut checked = 0;
+    for _ in 0..300 {
+        let mesh = crumpled(&mut random);
+        let corners: Vec<_> = mesh.triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize])).collect();
+        let ball = Geometry::Sphere { radius };
+        let mut scene = Scene::new(&[Geometry::TriangleMesh(Arc::new(mesh)), ball]);
+        for _ in 0..40 {
+            let place = random.vector().normalize() * (0.3 + random.unit());
+            if corners.iter().any(|t| is_under(place, *t)) {
+                continue;
+            }
+            let nearest = corners.iter().map(|t| from_triangle(place, *t)).fold(f64::INFINITY, f64::min);
+            let found = scene.find(&[Pose::IDENTITY, Pose::from_position(place)], 1.1 * nearest);
+            assert_close(smallest_gap(&found), nearest - radius, 1e-12);
+            checked += 1;
+        }
+    }
+    assert!(checked > 4000, "{checked}");
+}

@@ -34,7 +34,7 @@ class Batch(Strict, _core.Batch):
     def reset(self, ids: Optional[Sequence[int]] = None, keyframe: Optional[Key] = None) -> None:
         """Takes the simulations ``ids`` (all without it) to the reference configuration or to a keyframe (name or index)."""
         index = None if keyframe is None else index_of("keyframe", self.model.keyframe_names, keyframe)
-        self._reset(None if ids is None else [int(i) for i in ids], index)
+        self._reset(ids, index)
 
     def parameter(self, name: str) -> NDArray[np.float64]:
         """Values of a parameter in every simulation, (nsim, …), read-only; names are those of ``PARAMETERS``."""
@@ -51,7 +51,7 @@ class Batch(Strict, _core.Batch):
             ProblemError: there is no parameter of this name, or the numbers have another shape.
             ModelError: a part cannot have this number; simulations before the one that it names have changed.
         """
-        chosen = list(range(len(self))) if ids is None else [int(i) for i in ids]
+        chosen = self._simulations(ids)
         if chosen:
             self._change(chosen, changes(values, lambda name: self._parameter(name)[chosen], self.model._parameter_parts))
 
