@@ -1,5 +1,6 @@
 //! Errors of the crates below as the package's exceptions (`python/signorini/errors.py`).
 
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use signorini::SimulationError;
 use signorini::contact::ProblemError as ContactProblemError;
@@ -40,6 +41,7 @@ pub fn simulation_error(error: SimulationError) -> PyErr {
         error => error.to_string(),
     };
     match error {
+        E::Memory { .. } => PyMemoryError::new_err(message),
         E::Setting { .. } | E::UnboundedMotor { .. } => SettingError::new_err(message),
         E::Collision(_) | E::Model(_) => ModelError::new_err(message),
         E::State(_) | E::FreeMotion(FreeMotionError::State(_)) | E::WarmStart { .. } => StateError::new_err(message),

@@ -66,7 +66,7 @@ impl Batch {
     /// ([`SolverSettings::threads`](signorini_solver::SolverSettings::threads)), which changes no bit.
     ///
     /// # Errors
-    /// [`SimulationError`] if a setting is out of its range, a shape cannot be prepared or threads cannot be started.
+    /// [`SimulationError`] if a setting is out of its range, a shape cannot be prepared, threads cannot be started or there is no memory for so many.
     pub fn new(
         model: impl Into<Arc<Model>>,
         settings: Settings,
@@ -77,8 +77,14 @@ impl Batch {
         if let (ContactMethod::Structured(solver), 2..) = (&mut settings.method, count) {
             solver.threads = 1;
         }
-        let lane = |_| Ok(Lane { simulation: Simulation::new(model.clone(), settings.clone())?, stop: None });
-        let lanes = (0..count).map(lane).collect::<Result<_, SimulationError>>()?;
+        let lane = |_| {
+            Ok::<_, SimulationError>(Lane { simulation: Simulation::new(model.clone(), settings.clone())?, stop: None })
+        };
+        let mut lanes = Vec::new();
+        lanes.try_reserve_exact(count).map_err(|_| SimulationError::Memory { simulations: count })?;
+        for lane in (0..count).map(lane) {
+            lanes.push(lane?);
+        }
         let own = threads.min(count) > 1;
         let pool = own.then(|| ThreadPoolBuilder::new().num_threads(threads.min(count)).build()).transpose()?;
         Ok(Self { model, settings, lanes, pool, shared: threads == 0 && count > 1 })

@@ -33,6 +33,12 @@ pub enum SimulationError {
         /// Why.
         reason: &'static str,
     },
+    /// A batch of more simulations than there is memory for.
+    #[error("there is no memory for {simulations} simulations")]
+    Memory {
+        /// How many were asked for.
+        simulations: usize,
+    },
     /// The model's shapes cannot be prepared for collision.
     #[error(transparent)]
     Collision(#[from] CollisionError),

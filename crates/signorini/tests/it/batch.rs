@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use signorini::multibody::glam::DVec3;
 use signorini::multibody::{Geometry, Model, Pose, State};
-use signorini::{Batch, InfeasiblePolicy, LaneStop, Settings, Simulation};
+use signorini::{Batch, InfeasiblePolicy, LaneStop, Settings, Simulation, SimulationError};
 
 use crate::support::{World, bundled};
 
@@ -164,5 +164,13 @@ fn a_panic_in_between_leaves_a_batch_that_can_be_reset() {
         }
         assert!(batch.step(30) && other.step(30));
         (0..3).for_each(|i| assert_eq!(batch.state(i), other.state(i), "{threads} threads, simulation {i}"));
+    }
+}
+
+#[test]
+fn more_simulations_than_there_is_memory_for_are_refused() {
+    for count in [1 << 50, usize::MAX] {
+        let refused = Batch::new(quadruped(), Settings::default(), count, 1).err().unwrap();
+        assert!(matches!(refused, SimulationError::Memory { simulations } if simulations == count), "{refused}");
     }
 }
