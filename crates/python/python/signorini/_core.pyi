@@ -2085,7 +2085,8 @@ def inverse(model: Model, data: Data, qacc: Optional[ArrayLike] = None) -> _Arra
     """Inverse dynamics (recursive Newton–Euler): τ = M qacc + h at the present qpos and qvel, (nv,), N, N·m.
 
     Gravity, Coriolis, centrifugal and gyroscopic forces and armature are in it; contacts, joint springs, damping, limits and
-    friction are not. ``qacc``, (nv,); without it ``data.qacc``.
+    friction are not. ``qacc``, (nv,); without it ``data.qacc``. Steps take Coriolis forces at both of their ends: of a step's qacc this is the
+    force that acted but for a part of the order of Δt, where trees and free bodies turn.
     """
 
 def bias_force(model: Model, data: Data) -> _Array:
