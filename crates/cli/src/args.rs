@@ -67,7 +67,7 @@ pub struct StartArguments {
 #[derive(Clone, Debug, Args)]
 pub struct StepArguments {
     /// Time step in seconds; the model's own where it is not given.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, alias = "timestep", value_name = "S", value_parser = positive)]
     pub dt: Option<f64>,
     /// Friction directions of every contact, an even number of at least 4.
     #[arg(long, value_name = "M", default_value_t = 8, value_parser = directions)]

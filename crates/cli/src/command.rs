@@ -1,6 +1,6 @@
 //! The command line: every command with its arguments.
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::{
     check, compare, convert, export, inspect, make, render, replay, scenes, simulate, solve, stability, view,
@@ -18,6 +18,20 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Cli {
+    /// The command line that the program was called with.
+    pub fn read() -> Result<Self, clap::Error> {
+        Self::from_arg_matches(&numbers_may_be_negative(Self::command()).try_get_matches()?)
+    }
+}
+
+/// A number out of its range is told by what it is for, and not taken for an option.
+fn numbers_may_be_negative(command: clap::Command) -> clap::Command {
+    command
+        .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })
+        .mut_subcommands(numbers_may_be_negative)
 }
 
 /// The commands.
@@ -44,6 +58,7 @@ pub enum Command {
     /// Show a recording in the browser, or write its report.
     Replay(replay::Arguments),
     /// Make a world to simulate: a heap, a wall, an arch, rough ground.
+    #[command(alias = "generate")]
     Make(make::Arguments),
     /// Take a picture of a model, or a film of its run, without a window.
     Render(render::Arguments),

@@ -21,6 +21,12 @@ pub enum CliError {
     /// A model file.
     #[error(transparent)]
     Model(Box<FormatError>),
+    /// A recording in the place of a model.
+    #[error("{}: this is a recording, and no model; `signorini replay` shows it, `signorini convert` and `signorini check` read it", path.display())]
+    NoModel {
+        /// The recording.
+        path: PathBuf,
+    },
     /// Settings, keyframe or state of a simulation.
     #[error(transparent)]
     Simulation(#[from] SimulationError),

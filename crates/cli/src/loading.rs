@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use signorini::formats::{FormatError, ImportReport, LoadOptions, MissingMeshes, load, load_mjcf_str};
+use signorini::formats::{ImportReport, LoadOptions, MissingMeshes, load, load_mjcf_str};
 use signorini::multibody::Model;
-use signorini::recording::ModelSource;
+use signorini::recording::{ModelSource, is_recording};
 use signorini::{Settings, SettleSettings, Simulation};
 use signorini_replay::{model_source, read_model_source};
 
@@ -50,10 +50,12 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
         })
         .with_decompose(arguments.decompose);
     if let Some(path) = &arguments.model {
+        if is_recording(path).is_ok_and(|is_one| is_one) {
+            return Err(CliError::NoModel { path: path.clone() });
+        }
         let imported = load(path, &options)?;
         let source = path.display().to_string();
-        let file = read_model_source(path, &options)
-            .map_err(|e| FormatError::Unreadable { path: path.clone(), reason: e.to_string() })?;
+        let file = read_model_source(path, &options)?;
         return Ok(Loaded {
             model: Arc::new(imported.model),
             source,

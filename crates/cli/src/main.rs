@@ -18,13 +18,11 @@ mod text;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use command::Cli;
 use exit::Exit;
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::read() {
         Ok(cli) => cli,
         Err(message) => {
             // Help and version come this way too.

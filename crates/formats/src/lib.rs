@@ -42,7 +42,7 @@ mod write;
 mod xml;
 
 pub use error::{FormatError, Location};
-pub use load::{load, load_mjcf_str, load_mjcf_str_with, load_sdf_str, load_urdf_str};
+pub use load::{load, load_mjcf_str, load_mjcf_str_with, load_sdf_str, load_urdf_str, read_text};
 pub use mesh::{MeshFormat, read_mesh, read_mesh_file, solid_inertia};
 pub use options::{Imported, LoadOptions, MissingMeshes};
 pub use report::{ImportReport, Warning};

@@ -18,17 +18,27 @@ const MAX_BYTES: u64 = 64 << 20;
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
     options.check()?;
     let path = path.as_ref();
-    let unreadable = |reason| FormatError::Unreadable { path: path.to_owned(), reason };
-    let bytes = read_file(path, MAX_BYTES).map_err(unreadable)?;
-    let text = String::from_utf8(bytes).map_err(|_| unreadable("not UTF-8 text".into()))?;
     let base = path.parent().unwrap_or(Path::new(""));
-    let tree = xml::parse(&text, &path.to_string_lossy())?;
+    let tree = text_of(path)?.parse(&path.to_string_lossy())?;
     match tree.root().name() {
         "mujoco" => Ok(options.report_unused(&path.to_string_lossy(), mjcf::import(tree, base, Some(path), options)?)),
         "robot" => urdf::import(tree, base, options),
         "sdf" | "gazebo" => sdf::import(tree, base, options),
         found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
     }
+}
+
+/// The text of a model file, whatever it is written in.
+///
+/// # Errors
+/// [`FormatError::Unreadable`].
+pub fn read_text(path: impl AsRef<Path>) -> Result<String, FormatError> {
+    text_of(path.as_ref()).map(|text| text.text)
+}
+
+fn text_of(path: &Path) -> Result<xml::Text, FormatError> {
+    let unreadable = |reason| FormatError::Unreadable { path: path.to_owned(), reason };
+    xml::Text::of(read_file(path, MAX_BYTES).map_err(unreadable)?).map_err(unreadable)
 }
 
 /// Reads MJCF from text; files that it names are looked for in `base`.

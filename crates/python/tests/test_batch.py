@@ -70,11 +70,6 @@ def test_those_that_stop_are_named_and_the_others_go_on():
     assert batch.time.tolist() == pytest.approx([0.004, 0.0, 0.004]) and "3 simulations" in repr(batch)
 
 
-def test_more_than_there_is_memory_for(quadruped):
-    with pytest.raises(MemoryError, match="simulations"):
-        signorini.Batch(quadruped, 2**50)
-
-
 def test_steps_of_some(quadruped):
     batch, together = signorini.Batch(quadruped, 3), signorini.Batch(quadruped, 3)
     batch.step(10)

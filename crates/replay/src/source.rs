@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use signorini_formats::{
-    FormatError, Imported, LoadOptions, MissingMeshes, load_mjcf_str_with, load_sdf_str, load_urdf_str,
+    FormatError, Imported, LoadOptions, MissingMeshes, load_mjcf_str_with, load_sdf_str, load_urdf_str, read_text,
 };
 use signorini_multibody::Model;
 use signorini_recording::{Header, ModelSource};
@@ -40,9 +40,9 @@ pub fn model_source(file: &str, text: &str, base_dir: &Path, options: &LoadOptio
 /// The file of a model, read.
 ///
 /// # Errors
-/// What the system says.
-pub fn read_model_source(path: &Path, options: &LoadOptions) -> std::io::Result<ModelSource> {
-    let text = std::fs::read_to_string(path)?;
+/// [`FormatError::Unreadable`].
+pub fn read_model_source(path: &Path, options: &LoadOptions) -> Result<ModelSource, FormatError> {
+    let text = read_text(path)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Ok(model_source(&path.display().to_string(), &text, folder, options))
 }

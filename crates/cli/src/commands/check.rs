@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         }
         (true, None) => wrong("a recording has its own directions; leave --directions out"),
         (true, Some(_)) => wrong("a recording holds its solutions; give it alone"),
-        (false, None) => wrong("this is a problem and no recording; give its solution too"),
+        (false, None) => wrong("this is no recording; a problem is checked with its solution: give both files"),
         (false, Some(_)) if arguments.model.is_some() => wrong("--model has a meaning with a recording only"),
         (false, Some(solution)) => check_solution(solution, arguments),
     }

@@ -39,8 +39,9 @@ fn unknown_names_are_answered_with_the_known_ones() {
     folder.run(&["simulate", "--scene", "moon"]).exits(1).complains(&["moon", "house_of_cards"]);
     run(&["--record", "nowhere/run.rec"]).exits(1).complains(&["nowhere/run.rec"]);
     run(&["--report", "nowhere/run.html"]).exits(1).complains(&["nowhere/run.html"]);
-    folder.run(&["export", "ball.xml", "--time", "-1", "--out", "p.npz"]).exits(64);
-    folder.run(&["export", "ball.xml", "--time=-1", "--out", "p.npz"]).exits(1).complains(&["--time", "0 s"]);
+    for time in [&["--time", "-1"][..], &["--time=-1"]] {
+        folder.run(&[&["export", "ball.xml", "--out", "p.npz"], time].concat()).exits(1).complains(&["--time", "0 s"]);
+    }
 }
 
 /// A cube cannot rest where gravity is tilted beyond its friction, nor with the law that does not end at rest.
@@ -65,6 +66,9 @@ fn wrong_command_lines_exit_with_64() {
     run(&["--directions", "7"]).complains(&["even"]);
     run(&["--dt", "0"]).complains(&["positive"]);
     run(&["--duration", "nan"]).complains(&["positive"]);
+    run(&["--duration", "-1"]).complains(&["'-1' for '--duration", "positive"]);
+    run(&["--timestep", "-0.01"]).complains(&["'-0.01' for '--dt", "positive"]);
+    folder.run(&["make", "heap", "--count", "-3", "--out", "heap.xml"]).exits(64).complains(&["'-3' for '--count"]);
     run(&["--stabilization", "2"]).complains(&["at most 1"]);
     run(&["--set", "ball.q"]).complains(&["NAME.q=VALUES"]);
     run(&["--set", "ball.q=up"]).complains(&["'up' is not a finite number"]);
@@ -78,6 +82,19 @@ fn wrong_command_lines_exit_with_64() {
         assert!(help.contains(&format!("  signorini {command}")), "{command} has an example");
         assert!(help.contains("--json"));
     }
+}
+
+#[test]
+fn a_recording_in_the_place_of_a_model_is_called_one() {
+    let folder = Folder::new("no_model");
+    folder.write("ball.xml", BALL);
+    folder.run(&["simulate", "ball.xml", "--duration", "0.01", "--record", "run.rec"]).exits(0);
+    let commands: [&[&str]; 3] = [&["simulate"], &["inspect"], &["render", "--out", "run.png"]];
+    for words in commands {
+        folder.run(&[words, &["run.rec"]].concat()).exits(1).complains(&["run.rec", "a recording", "signorini replay"]);
+    }
+    // And what is none, in the place of one.
+    folder.run(&["check", "ball.xml"]).exits(64).complains(&["ball.xml", "no recording", "give both files"]);
 }
 
 #[test]

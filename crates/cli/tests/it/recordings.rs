@@ -182,7 +182,7 @@ fn recordings_become_arrays_tables_and_messages() {
 fn check_says_what_is_missing() {
     let folder = slide("check_usage", &[]);
     folder.run(&["export", "box.xml", "--time", "0", "--out", "step.npz"]).exits(0);
-    folder.run(&["check", "step.npz"]).exits(64).complains(&["give its solution"]);
+    folder.run(&["check", "step.npz"]).exits(64).complains(&["no recording", "give both files"]);
     folder.run(&["check", "run.rec", "step.npz"]).exits(64).complains(&["give it alone"]);
     folder.run(&["check", "run.rec", "--directions", "4"]).exits(64);
     folder.run(&["check", "step.npz", "step.npz", "--model", "box.xml"]).exits(64);

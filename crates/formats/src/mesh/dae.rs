@@ -23,7 +23,7 @@ const MAX_CORNERS: usize = 30_000_000;
 ///
 /// - `folder`: that of the file, in which its images lie
 pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Painted, String> {
-    let text = std::str::from_utf8(bytes).map_err(|_| "not UTF-8 text")?;
+    let text = &String::from_utf8_lossy(bytes);
     let tree = parse(text, "COLLADA").map_err(|e| e.to_string())?;
     let root = tree.root();
     if !root.is("COLLADA") {

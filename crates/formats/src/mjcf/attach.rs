@@ -13,7 +13,7 @@ use super::order::Arrivals;
 use super::references::{Names, REFERRING, Sort, references};
 use crate::error::FormatError;
 use crate::mesh::read_file;
-use crate::xml::{Element, Tree, parse};
+use crate::xml::{Element, Text, Tree};
 
 /// Model files larger than this are refused.
 const MAX_BYTES: u64 = 64 << 20;
@@ -59,8 +59,7 @@ fn read_models(tree: &Tree, base: &Path, depth: usize) -> Result<HashMap<String,
             return Err(asset(format!("models nested more than {MAX_DEPTH} deep; does one attach itself?")));
         }
         let bytes = read_file(&path, MAX_BYTES).map_err(asset)?;
-        let text = String::from_utf8(bytes).map_err(|_| asset("not UTF-8".into()))?;
-        let mut model = parse(&text, &path.to_string_lossy())?;
+        let mut model = Text::of(bytes).map_err(asset)?.parse(&path.to_string_lossy())?;
         let folder = path.parent().unwrap_or(base).to_owned();
         include::expand(&mut model, &folder, Some(&path))?;
         let (folders, arrivals) = expand_within(&mut model, &folder, depth + 1)?;

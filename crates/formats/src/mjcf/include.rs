@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::compiler::portable;
 use crate::error::{FormatError, Location};
 use crate::mesh::read_file;
-use crate::xml::{Tree, parse};
+use crate::xml::{Text, Tree};
 
 /// Model files larger than this are refused.
 const MAX_BYTES: u64 = 64 << 20;
@@ -31,8 +31,7 @@ pub(super) fn expand(tree: &mut Tree, base: &Path, main: Option<&Path>) -> Resul
             return Err(asset(format!("more than {MAX_FILES} included files")));
         }
         let bytes = read_file(&path, MAX_BYTES).map_err(asset)?;
-        let text = String::from_utf8(bytes).map_err(|_| asset("not UTF-8".into()))?;
-        let included = parse(&text, &path.to_string_lossy())?;
+        let included = Text::of(bytes).map_err(asset)?.parse(&path.to_string_lossy())?;
         tree.splice(index, included)?;
     }
     tree.check_depth()

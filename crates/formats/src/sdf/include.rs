@@ -10,7 +10,7 @@ use super::values;
 use crate::error::FormatError;
 use crate::mesh::read_file;
 use crate::packages;
-use crate::xml::{Element, Tree, parse};
+use crate::xml::{Element, Text, Tree};
 
 /// Model files larger than this are refused.
 const MAX_BYTES: u64 = 64 << 20;
@@ -62,8 +62,7 @@ impl Expansion<'_> {
                 )));
             }
             let bytes = read_file(&path, MAX_BYTES).map_err(asset)?;
-            let text = String::from_utf8(bytes).map_err(|_| asset("not UTF-8".into()))?;
-            let mut included = parse(&text, &path.to_string_lossy())?;
+            let mut included = Text::of(bytes).map_err(asset)?.parse(&path.to_string_lossy())?;
             if included.root().is("robot") {
                 turn_into_sdf(&mut included)?;
             }
@@ -242,7 +241,7 @@ pub(super) fn blame(root: Element, error: FormatError) -> FormatError {
 /// The newest SDF file that a model's folder tells of in its `model.config`; without one, `model.sdf`.
 fn file_in(folder: &Path) -> Option<PathBuf> {
     let config = ["model.config", "manifest.xml"].iter().find_map(|name| read_file(&folder.join(name), MAX_BYTES).ok());
-    let config = config.and_then(|bytes| parse(&String::from_utf8(bytes).ok()?, "model.config").ok());
+    let config = config.and_then(|bytes| Text::of(bytes).ok()?.parse("model.config").ok());
     let newest = config.as_ref().and_then(|config| config.root().children_named("sdf").max_by_key(|sdf| version(*sdf)));
     let file = folder.join(newest.map_or("model.sdf", |sdf| sdf.text()));
     file.is_file().then_some(file)

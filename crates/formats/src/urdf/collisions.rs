@@ -57,8 +57,7 @@ fn all(
 fn listed(importer: &mut Importer, path: &Path) -> Result<(), FormatError> {
     let unreadable = |reason| FormatError::Unreadable { path: path.to_owned(), reason };
     let bytes = read_file(path, MAX_BYTES).map_err(unreadable)?;
-    let text = String::from_utf8(bytes).map_err(|_| unreadable("not UTF-8 text".into()))?;
-    let tree = xml::parse(&text, &path.to_string_lossy())?;
+    let tree = xml::Text::of(bytes).map_err(unreadable)?.parse(&path.to_string_lossy())?;
     if !tree.root().is("robot") {
         return Err(FormatError::UnknownFormat { at: tree.root().at(), found: tree.root().name().to_owned() });
     }

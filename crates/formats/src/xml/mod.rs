@@ -4,8 +4,10 @@
 mod attributes;
 mod edit;
 mod parse;
+mod text;
 mod tree;
 
 pub(crate) use attributes::{Attributes, infinity, most_similar, unit};
 pub(crate) use parse::parse;
+pub(crate) use text::Text;
 pub(crate) use tree::{Element, Note, Tree};

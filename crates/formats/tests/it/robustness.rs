@@ -3,6 +3,8 @@
 
 use signorini_formats::{FormatError, Imported, LoadOptions, load_mjcf_str, load_sdf_str, load_urdf_str};
 
+use crate::support::Files;
+
 type Read = fn(&str) -> Result<Imported, FormatError>;
 
 fn mjcf(text: &str) -> Result<Imported, FormatError> {
@@ -136,4 +138,34 @@ fn deep_and_wide_documents_are_answered() {
     assert!(sdf(&models(1000)).unwrap_err().to_string().contains("nested more than"));
     let entities = "<!DOCTYPE m [<!ENTITY a 'aaaaaaaaaa'>]><mujoco model='&a;'/>";
     assert_eq!(mjcf(entities).unwrap().model.name, "&a;", "entities of a DTD are not expanded");
+}
+
+/// Files of editors that do not write UTF-8, and what they include: as the same files in UTF-8, with a warning at the line.
+#[test]
+fn files_in_other_ways_of_writing_are_read() {
+    let robot = "<robot name=\"Füße\">\n<!-- 5 µm -->\n<link name=\"Fuß\"/>\n</robot>";
+    let scene = "<mujoco>\n<worldbody>\n<include file=\"parts.xml\"/></worldbody></mujoco>";
+    let parts = "<mujocoinclude>\n\n<body name=\"Fuß\"><freejoint/><geom size=\"1\"/></body></mujocoinclude>";
+    let files = Files::new("latin", &[("scene.xml", scene), ("utf8.urdf", robot)]);
+    let latin = |text: &str| -> Vec<u8> { text.chars().map(|c| u8::try_from(c).unwrap()).collect() };
+    let utf16 = std::iter::once(0xfeff).chain(robot.encode_utf16()).flat_map(u16::to_le_bytes);
+    std::fs::write(files.path("parts.xml"), latin(parts)).unwrap();
+    std::fs::write(files.path("latin.urdf"), latin(robot)).unwrap();
+    std::fs::write(files.path("utf16.urdf"), utf16.collect::<Vec<u8>>()).unwrap();
+    std::fs::write(files.path("picture.urdf"), b"\x89PNG\0\0").unwrap();
+    let read = |name: &str| signorini_formats::load(files.path(name), &LoadOptions::default());
+    let written = |name: &str| -> Vec<(String, u32)> {
+        let warnings = read(name).unwrap().report.warnings;
+        let foreign = warnings.into_iter().filter(|warning| warning.to_string().contains("not UTF-8 text"));
+        foreign.map(|warning| (warning.file.rsplit('/').next().unwrap().to_owned(), warning.line)).collect()
+    };
+    assert_eq!(written("scene.xml"), [("parts.xml".to_owned(), 3)]);
+    assert_eq!(written("latin.urdf"), [("latin.urdf".to_owned(), 1)]);
+    assert_eq!((written("utf8.urdf"), written("utf16.urdf")), (Vec::new(), Vec::new()));
+    let hash = |name: &str| read(name).unwrap().model.content_hash();
+    assert_eq!([hash("latin.urdf"), hash("utf16.urdf")], [hash("utf8.urdf"); 2]);
+    assert!(read("scene.xml").unwrap().model.bodies.iter().any(|body| body.name == "Fuß"));
+    let refused = read("picture.urdf").err().unwrap().to_string();
+    assert!(refused.contains("picture.urdf") && refused.contains("not text"), "{refused}");
+    assert_eq!(signorini_formats::read_text(files.path("latin.urdf")).unwrap(), robot);
 }
