@@ -1,7 +1,7 @@
 //! What acts on a simulation in the steps to come.
 
 use signorini::multibody::glam::{DQuat, DVec3};
-use signorini::multibody::{Model, Pose, SpatialVector};
+use signorini::multibody::{Pose, SpatialVector};
 
 use crate::error::{guarded, signorini_status, Failure, SIGNORINI_OK};
 use crate::pointers::{array, check_length, owned};
@@ -86,17 +86,12 @@ pub unsafe extern "C" fn signorini_set_mocap(
         };
         let (position, rotation) = (finite(position, "position")?, rotation(quaternion)?);
         if handle.inner.input.mocap.is_empty() {
-            handle.inner.input.mocap = placements(handle.inner.model());
+            handle.inner.input.mocap = handle.inner.model().mocap_placements();
         }
         handle.inner.input.mocap[place] = Pose { position, rotation };
         handle.is_current = false;
         Ok(SIGNORINI_OK)
     })
-}
-
-/// Where a model places its mocap bodies.
-fn placements(model: &Model) -> Vec<Pose> {
-    model.mocap_bodies.iter().map(|id| model.bodies[id.index()].placement).collect()
 }
 
 fn finite(numbers: &[f64], name: &str) -> Result<DVec3, Failure> {

@@ -172,7 +172,7 @@ pub unsafe extern "C" fn signorini_model_sizes(
             nq: model.nq,
             nv: model.nv,
             nu: model.actuators.len(),
-            sensordata: model.sensors.last().map_or(0, |sensor| sensor.address + sensor.kind.size()),
+            sensordata: model.sensor_size,
             bodies: model.bodies.len(),
             warnings: handle.warnings.len(),
             timestep: model.timestep,
@@ -229,9 +229,7 @@ pub unsafe extern "C" fn signorini_model_body(
     body: *mut usize,
 ) -> signorini_status {
     // SAFETY: the caller's.
-    unsafe {
-        look_up(model, name, "body", &[body], |m, name| m.bodies.iter().position(|b| b.name == name).map(|i| vec![i]))
-    }
+    unsafe { look_up(model, name, "body", &[body], |m, name| m.body_named(name).map(|id| vec![id.index()])) }
 }
 
 /// Where a joint's numbers begin in q and in v; either place may be NULL.
@@ -256,7 +254,7 @@ pub unsafe extern "C" fn signorini_model_actuator(
     name: *const c_char,
     actuator: *mut usize,
 ) -> signorini_status {
-    let find = |m: &Model, name: &str| m.actuators.iter().position(|a| a.name == name).map(|i| vec![i]);
+    let find = |m: &Model, name: &str| m.actuator_named(name).map(|id| vec![id.index()]);
     // SAFETY: the caller's.
     unsafe { look_up(model, name, "actuator", &[actuator], find) }
 }

@@ -17,9 +17,7 @@ pub unsafe extern "C" fn signorini_model_sensor(
     first: *mut usize,
     count: *mut usize,
 ) -> signorini_status {
-    let find = |m: &Model, name: &str| {
-        m.sensors.iter().find(|sensor| sensor.name == name).map(|sensor| vec![sensor.address, sensor.kind.size()])
-    };
+    let find = |m: &Model, name: &str| m.sensor_named(name).map(|sensor| vec![sensor.address, sensor.kind.size()]);
     // SAFETY: the caller's.
     unsafe { look_up(model, name, "sensor", &[first, count], find) }
 }

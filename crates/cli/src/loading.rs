@@ -50,10 +50,10 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
         })
         .with_decompose(arguments.decompose);
     if let Some(path) = &arguments.model {
-        if is_recording(path).is_ok_and(|is_one| is_one) {
-            return Err(CliError::NoModel { path: path.clone() });
-        }
-        let imported = load(path, &options)?;
+        let imported = load(path, &options).map_err(|error| match is_recording(path) {
+            Ok(true) => CliError::NoModel { path: path.clone() },
+            _ => error.into(),
+        })?;
         let source = path.display().to_string();
         let file = read_model_source(path, &options)?;
         return Ok(Loaded {

@@ -13,7 +13,6 @@ use signorini::multibody::{Input, State};
 use signorini::{LaneStop, Variation, contact_wrenches_into};
 
 use crate::arrays::{self, Cube, Table, Vector};
-use crate::core::mocap_placements;
 use crate::derivatives::{StepDerivatives, step_batch};
 use crate::directions::directions_of;
 use crate::error::{BatchError, ProblemError, simulation_error};
@@ -53,7 +52,7 @@ impl Batch {
         let inner = model.get().inner.clone();
         let (nq, nv, na, nu) = (inner.nq, inner.nv, inner.na, inner.actuators.len());
         let options = settings.extract::<PySettings>(py)?.to_settings()?;
-        let placements = mocap_placements(&inner);
+        let placements = inner.mocap_placements();
         for (what, size) in [("qpos", nq), ("qvel", nv), ("act", na), ("ctrl", nu)] {
             guard::bounded(what, &[nsim, size])?;
         }
@@ -307,7 +306,7 @@ impl Batch {
                 (state, control, mocap)
             }
         };
-        let mocap = if mocap.is_empty() { mocap_placements(&model) } else { mocap };
+        let mocap = if mocap.is_empty() { model.mocap_placements() } else { mocap };
         control.resize(nu, 0.0);
         for i in ids {
             stepped[i] = false;

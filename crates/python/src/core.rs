@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use signorini::collision::Queries;
 use signorini::derivatives::{Direction, StepDerivatives};
-use signorini::multibody::{Input, Kinematics, Model, ParameterChange, Pose, SpatialVector, State};
+use signorini::multibody::{Input, Kinematics, Model, ParameterChange, SpatialVector, State};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
     Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace,
@@ -67,11 +67,6 @@ pub enum Stop {
     Recording(RecordingError),
 }
 
-/// Where the model places the bodies that are moved from outside.
-pub fn mocap_placements(model: &Model) -> Vec<Pose> {
-    model.mocap_bodies.iter().map(|body| model.bodies[body.index()].placement).collect()
-}
-
 impl Core {
     /// At the model's reference configuration, at rest.
     pub fn new(model: Arc<Model>, settings: Settings) -> Result<Self, SimulationError> {
@@ -81,7 +76,7 @@ impl Core {
             .with_control(vec![0.0; model.actuators.len()])
             .with_generalized_force(vec![0.0; model.nv])
             .with_wrench(vec![SpatialVector::ZERO; model.bodies.len()])
-            .with_mocap(mocap_placements(&model));
+            .with_mocap(model.mocap_placements());
         let mut core = Self {
             workspace,
             other: state.clone(),

@@ -11,7 +11,7 @@ use signorini::multibody::{BodyId, Pose, SpatialVector, kinetic_energy, potentia
 
 use crate::arrays::{self, Vector};
 use crate::contacts::{Contacts, Limits};
-use crate::core::{Core, mocap_placements};
+use crate::core::Core;
 use crate::error::{StateError, recording_error, simulation_error};
 use crate::guard;
 use crate::live::{Field, Live, force_first};
@@ -259,7 +259,7 @@ impl Data {
             None => {
                 core.state = signorini::multibody::State::new(&model);
                 core.input.control.fill(0.0);
-                core.input.mocap = mocap_placements(&model);
+                core.input.mocap = model.mocap_placements();
             }
             Some(k) => {
                 let keyframe = model.keyframes.get(k).ok_or_else(|| {
@@ -272,7 +272,7 @@ impl Data {
                 core.input.control.clone_from(&keyframe.control);
                 core.input.control.resize(model.actuators.len(), 0.0);
                 core.input.mocap = match keyframe.mocap.is_empty() {
-                    true => mocap_placements(&model),
+                    true => model.mocap_placements(),
                     false => keyframe.mocap.clone(),
                 };
             }

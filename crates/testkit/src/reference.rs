@@ -216,14 +216,11 @@ pub fn random_polygon(random: &mut Random, pairs: usize) -> FrictionPolygon {
     FrictionPolygon::from_directions(order.into_iter().map(|k| all[k]).collect()).expect("a balanced set")
 }
 
-/// Random dense Jacobians over a mass matrix of several blocks, a polygon of its own for every contact (some without
-/// friction), and `nb` bilateral rows. Nothing geometric: all that assembly may meet.
-pub fn random_problem(random: &mut Random, nc: usize, nb: usize) -> ContactProblem {
-    let sizes: Vec<usize> = (0..1 + random.below(3)).map(|_| 1 + random.below(6)).collect();
+/// A mass matrix with a block of each size.
+pub fn random_mass(random: &mut Random, sizes: &[usize]) -> BlockDiagonal {
     let nv: usize = sizes.iter().sum();
-    let mut mass = Dense::zeros(nv, nv);
-    let mut start = 0;
-    for size in sizes {
+    let (mut mass, mut start) = (Dense::zeros(nv, nv), 0);
+    for &size in sizes {
         let half = Dense { rows: size, columns: size, data: (0..size * size).map(|_| random.normal()).collect() };
         let block = half.times(&half.transposed());
         for i in 0..size {
@@ -233,7 +230,15 @@ pub fn random_problem(random: &mut Random, nc: usize, nb: usize) -> ContactProbl
         }
         start += size;
     }
-    let mass = BlockDiagonal::from_dense(nv, &mass.data).expect("a symmetric matrix");
+    BlockDiagonal::from_dense(nv, &mass.data).expect("a symmetric matrix")
+}
+
+/// Random dense Jacobians over a mass matrix of several blocks, a polygon of its own for every contact (some without
+/// friction), and `nb` bilateral rows. Nothing geometric: all that assembly may meet.
+pub fn random_problem(random: &mut Random, nc: usize, nb: usize) -> ContactProblem {
+    let sizes: Vec<usize> = (0..1 + random.below(3)).map(|_| 1 + random.below(6)).collect();
+    let nv: usize = sizes.iter().sum();
+    let mass = random_mass(random, &sizes);
     let free_velocity = (0..nv).map(|_| random.normal()).collect();
     let mut problem = ContactProblem::new(mass, free_velocity, random.between(1e-3, 0.1)).expect("valid data");
     for _ in 0..nc {

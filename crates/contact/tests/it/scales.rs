@@ -2,25 +2,9 @@
 
 use signorini_contact::certificate::Scales;
 use signorini_contact::{ContactProblem, ContactSolution, FrictionBound, FrictionPolygon};
-use signorini_multibody::{BlockDiagonal, FEW_ROWS};
+use signorini_multibody::FEW_ROWS;
+use signorini_testkit::reference::random_mass;
 use signorini_testkit::{Dense, Random};
-
-/// A mass matrix with a block of each size.
-fn mass_of(random: &mut Random, sizes: &[usize]) -> BlockDiagonal {
-    let nv: usize = sizes.iter().sum();
-    let (mut mass, mut start) = (Dense::zeros(nv, nv), 0);
-    for &size in sizes {
-        let half = Dense { rows: size, columns: size, data: (0..size * size).map(|_| random.normal()).collect() };
-        let block = half.times(&half.transposed());
-        for i in 0..size {
-            for j in 0..size {
-                mass[(start + i, start + j)] = block[(i, j)] + f64::from(u8::from(i == j));
-            }
-        }
-        start += size;
-    }
-    BlockDiagonal::from_dense(nv, &mass.data).expect("symmetric")
-}
 
 /// The columns of a row: those of a body, part of them, those of several, or one alone.
 fn columns(random: &mut Random, sizes: &[usize]) -> Vec<u32> {
@@ -81,7 +65,7 @@ fn the_delassus_diagonal_is_that_of_the_dense_inverse() {
     ];
     for (case, sizes) in cases.into_iter().enumerate() {
         let mut random = Random::new(case as u64);
-        let mass = mass_of(&mut random, sizes);
+        let mass = random_mass(&mut random, sizes);
         let nv: usize = sizes.iter().sum();
         let inverse = Dense::from_fn(nv, nv, |i, j| mass.get(i, j)).inverse();
         let mut problem = ContactProblem::new(mass, vec![0.0; nv], 0.01).expect("positive definite");

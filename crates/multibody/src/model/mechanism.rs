@@ -90,6 +90,11 @@ impl Model {
         q
     }
 
+    /// Poses `X_WB` where the model places the bodies that are moved from outside, `[mocap_bodies]`.
+    pub fn mocap_placements(&self) -> Vec<Pose> {
+        self.mocap_bodies.iter().map(|body| self.bodies[body.index()].placement).collect()
+    }
+
     /// Whether a body, or one that it hangs on, is moved from outside.
     pub fn hangs_on_mocap(&self, body: BodyId) -> bool {
         let above = |body: &BodyId| (*body != BodyId::WORLD).then(|| self.bodies[body.index()].parent);
