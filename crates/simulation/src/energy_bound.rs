@@ -9,7 +9,6 @@ use signorini_multibody::Model;
 use signorini_solver::Patience;
 
 use crate::SimulationError;
-use crate::build::rows::MOST_DENSE_ROWS;
 use crate::corrections::energy;
 use crate::report::StepReport;
 use crate::settings::Settings;
@@ -121,10 +120,10 @@ impl Workspace {
     }
 
     /// Finds the smallest change of velocity that makes the corrections of the solution at hand: of all constraints, and of the contacts that
-    /// push. It is the velocity of what they move, all of its kinetic energy, where they have too many rows.
+    /// push.
     fn find_smallest_change(&mut self) {
         let Self { builder, solution, smallest, .. } = self;
-        let SmallestChange { rows, rates, basis, change, moved, .. } = smallest;
+        let SmallestChange { rows, rates, .. } = smallest;
         let problem = &builder.problem;
         rows.clear();
         rates.clear();
@@ -138,11 +137,7 @@ impl Workspace {
             rows.push(columns.iter().zip(entries).map(|(column, entry)| (*column, [entry[0]])));
             rates.push(problem.gap[i].min(0.0) / problem.timestep);
         }
-        change.clone_from(moved);
-        if rows.len() <= MOST_DENSE_ROWS {
-            basis.factor(rows, &problem.mass_factor, problem.nv());
-            basis.solve_into(rates, &problem.mass_factor, change);
-        }
+        smallest.find(problem);
     }
 
     /// The most that corrections can leave in the motion, J: their work, less what the step's implicit forces take at the velocity of its end,

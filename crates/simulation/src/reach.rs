@@ -42,7 +42,7 @@ pub(crate) struct BodyReach {
     layers: Vec<f64>,
     /// Whether pairs are looked at within their relative motion.
     pub by_pairs: bool,
-    /// Those that outran it in this step.
+    /// Those that outran it in this step, each once, ascending.
     outrun: Vec<[BodyId; 2]>,
     /// Whether bodies outran theirs in this step.
     is_enlarged: bool,
@@ -190,8 +190,8 @@ impl BodyReach {
             angular: [between(turn_now), between(turn_free)],
             besides,
         };
-        if self.outrun.contains(&[a, b]) || self.is_enlarged && self.end_exceeds(kinematics, [a, b], place, dt, &motion)
-        {
+        let has_outrun = self.outrun.binary_search(&[a, b]).is_ok();
+        if has_outrun || self.is_enlarged && self.end_exceeds(kinematics, [a, b], place, dt, &motion) {
             let besides = Reach { linear: f64::INFINITY, angular: f64::INFINITY };
             return RelativeMotion { besides, ..RelativeMotion::default() };
         }
@@ -216,14 +216,16 @@ impl BodyReach {
     /// Takes note of the pairs that the velocity at the end of the step moves farther against each other than they were searched for; whether there
     /// are any.
     pub fn note_outrun(&mut self, kinematics: &Kinematics, pairs: &[PairReach], dt: f64) -> bool {
-        let before = self.outrun.len();
-        for pair in pairs.iter().filter(|pair| self.end.outruns(kinematics, pair, dt)) {
+        let Self { end, outrun, .. } = self;
+        let before = outrun.len();
+        outrun.extend(pairs.iter().filter(|pair| end.outruns(kinematics, pair, dt)).map(|pair| pair.bodies));
+        let is_any = outrun.len() > before;
+        if is_any {
             // Several geoms of two bodies are several pairs.
-            if !self.outrun[before..].contains(&pair.bodies) {
-                self.outrun.push(pair.bodies);
-            }
+            outrun.sort_unstable();
+            outrun.dedup();
         }
-        self.outrun.len() > before
+        is_any
     }
 
     /// Takes over the velocity at the end of the step.

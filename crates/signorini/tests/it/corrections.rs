@@ -94,6 +94,37 @@ fn what_moves_elsewhere_permits_no_more() {
     assert!(reduced >= 2, "the bound on energy is to be met, and not in {reduced} of 8 poses alone");
 }
 
+/// Columns of ten balls that slide along and overlap are driven apart as one of them alone would be, however many there are: what they may gain grows with
+/// their number, and so does what it takes.
+#[test]
+fn what_overlaps_is_driven_apart_alike_in_any_number() {
+    let part_of = |columns: usize| {
+        let ball = |k: usize, height: usize| {
+            format!("<body pos='0 {k} {}'><freejoint/><geom size='.1' mass='1'/></body>", 0.1 + 0.2 * height as f64)
+        };
+        let balls: String = (0..10 * columns).map(|k| ball(k / 10, k % 10)).collect();
+        let text = format!(
+            "<mujoco><default><geom friction='0 0 0'/></default><worldbody><geom type='plane' size='1 1 1'/>{balls}</worldbody></mujoco>"
+        );
+        let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
+        let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+        let mut state = simulation.state().clone();
+        for k in 0..10 * columns {
+            state.q[7 * k + 2] -= 0.01 * (k % 10 + 1) as f64;
+            state.v[6 * k..6 * k + 3].copy_from_slice(&[3.0, 0.0, -1.0]);
+        }
+        simulation.set_state(&state).unwrap();
+        simulation.step().unwrap();
+        assert!(!simulation.report().missed_tolerance);
+        (simulation.report().theta, simulation.report().contacts)
+    };
+    let (alone, contacts) = part_of(1);
+    let (many, of_many) = part_of(20);
+    assert_eq!((contacts, of_many), (10, 200));
+    assert!(alone > 0.1 && alone < 0.95, "{alone}: the bound on energy is to be met");
+    assert!((many - alone).abs() < 1e-6, "{many} of twenty columns, {alone} of one");
+}
+
 /// Two limits of one arm are violated, and a constraint locks the first joint: the second one comes to its limit at the speed of corrections all the
 /// same, while the first one stays where it is.
 #[test]
