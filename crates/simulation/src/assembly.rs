@@ -55,7 +55,7 @@ impl Assembler {
             if self.linearise(model, q) <= ASSEMBLED {
                 return;
             }
-            self.basis.factor(&self.rows, mass, model.nv);
+            self.basis.factor(&self.rows, mass);
             self.basis.solve_into(&self.violation, mass, &mut self.change);
             integrate_into(model, q, &self.change, 1.0, &mut self.next);
             q.copy_from_slice(&self.next);

@@ -244,7 +244,7 @@ struct Constraints {
 impl Constraints {
     fn new(problem: &ContactProblem, stabilization: f64) -> Self {
         let mut basis = BilateralBasis::default();
-        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, problem.nv());
+        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor);
         Self { basis, problem: problem.clone(), rate: stabilization / problem.timestep }
     }
 

@@ -219,7 +219,7 @@ impl Workspace {
         });
         let rates: Vec<f64> = rates.collect();
         let mut basis = BilateralBasis::default();
-        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, problem.nv());
+        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor);
         let rows = basis.contradiction(&rates, CONTRADICTION * problem.velocity_scale());
         // Driven degrees of freedom come after the constraints and have no source.
         let mut constraints: Vec<usize> = rows.iter().filter_map(|&k| self.bilateral_source(k)).collect();

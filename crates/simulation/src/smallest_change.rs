@@ -33,7 +33,7 @@ impl SmallestChange {
         change.clear();
         change.resize(problem.nv(), 0.0);
         if rows.len() <= MOST_DENSE_ROWS {
-            basis.factor(rows, &problem.mass_factor, problem.nv());
+            basis.factor(rows, &problem.mass_factor);
             basis.solve_into(rates, &problem.mass_factor, change);
         } else {
             many.find(problem, rows, rates, change);
@@ -151,7 +151,7 @@ mod tests {
         smallest.find(&problem);
         let mut basis = BilateralBasis::default();
         let mut wanted = vec![0.0; nv];
-        basis.factor(&smallest.rows, &problem.mass_factor, nv);
+        basis.factor(&smallest.rows, &problem.mass_factor);
         basis.solve_into(&smallest.rates, &problem.mass_factor, &mut wanted);
         assert!(basis.rank() < smallest.rows.len() && wanted.iter().all(|v| *v != 0.0));
         for k in 0..nv {

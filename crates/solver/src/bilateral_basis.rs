@@ -31,10 +31,11 @@ pub struct BilateralBasis {
     factor: Vec<f64>,
     /// `1 / √(B M⁻¹ Bᵀ)_kk`, or 0 for a row that moves nothing.
     scale: Vec<f64>,
-    /// `Y` with `YᵀY = B M⁻¹ Bᵀ`, column by column, `[nb, nv]`: half a solve of every row.
+    /// `Y` with `YᵀY = B M⁻¹ Bᵀ`, column by column, `[nb, n]` over the degrees of freedom of the blocks: half a solve of every row.
     half_rows: Vec<f64>,
-    /// The blocks of M that have a part in the rows, ascending.
+    /// The blocks of M that have a part in the rows, ascending, and where each of them begins among their degrees of freedom, and the total `n`.
     blocks: Vec<usize>,
+    starts: Vec<usize>,
     solution: Vec<f64>,
 }
 
@@ -42,45 +43,46 @@ impl BilateralBasis {
     /// Factorises `B M⁻¹ Bᵀ`.
     ///
     /// - `rows`: `B`
-    /// - `mass`: the factor of `M`, of dimension `nv`
+    /// - `mass`: the factor of `M`
     ///
     /// # Cost
-    /// `nb` half solves with M, O(nb² nv) for the products and O(nb² rank) for the factor, of `nv` what the rows' blocks have. No allocation after
-    /// warm-up.
-    pub fn factor(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize) {
-        self.factor_scaled(rows, mass, nv, false);
+    /// `nb` half solves with M, O(nb² n) for the products and O(nb² rank) for the factor, of `nb` rows in blocks of M with `n` degrees of freedom. No
+    /// allocation after warm-up.
+    pub fn factor(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky) {
+        self.factor_scaled(rows, mass, false);
     }
 
     /// The same, but of rows that are about as independent the basis has the one that moves most: a row of a millionth of another one is rounding
     /// where it follows from that, and what is left out has to follow from rows with digits.
-    pub fn factor_preferring_large(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize) {
-        self.factor_scaled(rows, mass, nv, true);
+    pub fn factor_preferring_large(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky) {
+        self.factor_scaled(rows, mass, true);
     }
 
-    fn factor_scaled(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize, prefers_large: bool) {
+    fn factor_scaled(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, prefers_large: bool) {
         let nb = rows.len();
+        self.find_blocks(rows, mass);
+        let n = self.starts[self.blocks.len()];
         self.half_rows.clear();
-        self.half_rows.resize(nb * nv, 0.0);
-        self.blocks.clear();
+        self.half_rows.resize(nb * n, 0.0);
         self.factor.clear();
         self.factor.resize(nb * nb, 0.0);
         for i in 0..nb {
-            let (before, own) = self.half_rows.split_at_mut(i * nv);
-            let own = &mut own[..nv];
-            rows.add_transposed(i, [1.0], own);
-            let (columns, _) = rows.group(i);
-            for (b, _) in mass.blocks_touched(columns) {
-                let range = mass.blocks()[b].range();
+            let (before, own) = self.half_rows.split_at_mut(i * n);
+            let own = &mut own[..n];
+            let (columns, entries) = rows.group(i);
+            for (b, part) in mass.blocks_touched(columns) {
+                let (place, first) = (self.blocks.partition_point(|&other| other < b), mass.blocks()[b].start);
+                let range = self.starts[place]..self.starts[place + 1];
+                for (column, [entry]) in columns[part.clone()].iter().zip(&entries[part]) {
+                    own[range.start + *column as usize - first] = *entry;
+                }
                 mass.half_solve_block_in_place(b, &mut own[range.clone()]);
                 for k in 0..i {
-                    self.factor[i * nb + k] += inner(&own[range.clone()], &before[k * nv..][range.clone()]);
+                    self.factor[i * nb + k] += inner(&own[range.clone()], &before[k * n..][range.clone()]);
                 }
                 self.factor[i * nb + i] += inner(&own[range.clone()], &own[range]);
-                self.blocks.push(b);
             }
         }
-        self.blocks.sort_unstable();
-        self.blocks.dedup();
         self.mirror(nb);
         self.scale.clear();
         let factor = &self.factor;
@@ -93,6 +95,20 @@ impl BilateralBasis {
         self.order.clear();
         self.order.extend(0..nb);
         self.eliminate(nb, prefers_large);
+    }
+
+    fn find_blocks(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky) {
+        self.blocks.clear();
+        for i in 0..rows.len() {
+            self.blocks.extend(mass.blocks_touched(rows.group(i).0).map(|(b, _)| b));
+        }
+        self.blocks.sort_unstable();
+        self.blocks.dedup();
+        self.starts.clear();
+        self.starts.push(0);
+        for &b in &self.blocks {
+            self.starts.push(self.starts[self.starts.len() - 1] + mass.blocks()[b].size);
+        }
     }
 
     /// Cholesky with pivoting, in place; the rows and columns of `factor` follow `order`.
@@ -156,19 +172,21 @@ impl BilateralBasis {
     /// - `mass`: the factor of `M` that the rows were factorised with
     /// - `change`: out, `[nv]`
     pub fn solve_into(&mut self, rate: &[f64], mass: &BlockCholesky, change: &mut [f64]) {
-        let (nb, nv, rank) = (self.order.len(), change.len(), self.rank);
+        let (nb, rank) = (self.order.len(), self.rank);
         self.solution.clear();
         self.solution.extend(self.order[..rank].iter().map(|&k| -rate[k] * self.scale[k]));
         forward(&self.factor, nb, &mut self.solution);
         backward(&self.factor, nb, &mut self.solution);
         change.fill(0.0);
-        for (p, &k) in self.order[..rank].iter().enumerate() {
-            let impulse = self.solution[p] * self.scale[k];
-            let row = &self.half_rows[k * nv..(k + 1) * nv];
-            change.iter_mut().zip(row).for_each(|(c, r)| *c += impulse * r);
-        }
-        for &b in &self.blocks {
-            mass.other_half_solve_block_in_place(b, &mut change[mass.blocks()[b].range()]);
+        let n = self.starts.last().copied().unwrap_or(0);
+        for (&b, part) in self.blocks.iter().zip(self.starts.windows(2)) {
+            let own = &mut change[mass.blocks()[b].range()];
+            for (p, &k) in self.order[..rank].iter().enumerate() {
+                let impulse = self.solution[p] * self.scale[k];
+                let row = &self.half_rows[k * n..][part[0]..part[1]];
+                own.iter_mut().zip(row).for_each(|(c, r)| *c += impulse * r);
+            }
+            mass.other_half_solve_block_in_place(b, own);
         }
     }
 

@@ -23,6 +23,7 @@ mod input;
 mod invariants;
 mod inverse;
 mod joints;
+mod ladders;
 mod levels;
 mod linear_system;
 mod literature;

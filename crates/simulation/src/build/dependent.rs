@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 
 use signorini_contact::{ContactProblem, SparseRows};
 use signorini_multibody::{
-    BlockDiagonal, EqualityBlock, Kinematics, MassMatrix, Model, equality_block_into, forward_kinematics_into,
-    integrate_into, mass_matrix_into,
+    BlockCholesky, BlockDiagonal, EqualityBlock, Kinematics, MassMatrix, Model, equality_block_into,
+    forward_kinematics_into, integrate_into, mass_matrix_into,
 };
 use signorini_solver::BilateralBasis;
 
@@ -31,7 +31,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// The search for rows that follow from others.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DependentRows {
-    /// Sets of equality constraints that share trees, with rows that depend on each other; ascending.
+    /// Sets of equality constraints with rows that depend on each other, ascending: one constraint, as of a planar loop, or all that share trees.
     groups: Vec<Vec<usize>>,
     basis: BilateralBasis,
     /// The rows of a group, their places among all, and what they ask for, m/s or rad/s.
@@ -78,16 +78,39 @@ impl DependentRows {
             }
             equality_of.resize(all.len(), e);
         }
-        for rows in rows_that_share_trees(&all, &equality_of, &mass.matrix).filter(|rows| rows.len() <= MOST_DENSE_ROWS)
-        {
-            self.rows.clear();
-            rows.iter().for_each(|&k| copy_row(&all, k, &mut self.rows));
-            self.basis.factor(&self.rows, &factor, model.nv);
-            let mut equalities: Vec<usize> = rows.iter().map(|&k| equality_of[k]).collect();
-            equalities.dedup();
-            if self.basis.rank() < rows.len() && !self.groups.contains(&equalities) {
-                self.groups.push(equalities);
+        for rows in rows_that_share_trees(&all, &equality_of, &mass.matrix) {
+            let mut rank_of_each = 0;
+            let mut dependent = Vec::new();
+            for own in rows.chunk_by(|a, b| equality_of[*a] == equality_of[*b]) {
+                let rank = self.rank(&all, own, &factor);
+                rank_of_each += rank;
+                if rank < own.len() {
+                    dependent.push(vec![equality_of[own[0]]]);
+                }
             }
+            if rows.len() <= MOST_DENSE_ROWS && self.rank(&all, &rows, &factor) < rank_of_each {
+                let mut equalities: Vec<usize> = rows.iter().map(|&k| equality_of[k]).collect();
+                equalities.dedup();
+                dependent = vec![equalities];
+            }
+            dependent.into_iter().for_each(|equalities| self.add_group(equalities));
+        }
+    }
+
+    /// How many of some rows are independent.
+    fn rank(&mut self, all: &SparseRows<1>, rows: &[usize], mass: &BlockCholesky) -> usize {
+        self.rows.clear();
+        rows.iter().for_each(|&k| copy_row(all, k, &mut self.rows));
+        self.basis.factor(&self.rows, mass);
+        self.basis.rank()
+    }
+
+    /// Adds a set of constraints in place of those that it contains, unless another one contains it.
+    fn add_group(&mut self, equalities: Vec<usize>) {
+        let contains = |a: &[usize], b: &[usize]| b.iter().all(|e| a.binary_search(e).is_ok());
+        if !self.groups.iter().any(|other| contains(other, &equalities)) {
+            self.groups.retain(|other| !contains(&equalities, other));
+            self.groups.push(equalities);
         }
     }
 
@@ -123,15 +146,18 @@ impl DependentRows {
         rows.clear();
         places.clear();
         rates.clear();
-        for (k, row) in source.iter().enumerate() {
-            if groups[group].binary_search(&row.equality).is_ok() {
+        let equalities = &groups[group];
+        let (Some(first), Some(last)) = (equalities.first(), equalities.last()) else { return };
+        let begin = source.partition_point(|row| row.equality < *first);
+        for (k, row) in source.iter().enumerate().skip(begin).take_while(|(_, row)| row.equality <= *last) {
+            if equalities.binary_search(&row.equality).is_ok() {
                 copy_row(all, k, rows);
                 places.push(k);
                 let [rate] = all.multiply(k, &problem.free_velocity);
                 rates.push(rate + problem.bilateral_violation[k] / dt);
             }
         }
-        basis.factor_preferring_large(rows, &problem.mass_factor, problem.nv());
+        basis.factor_preferring_large(rows, &problem.mass_factor);
         if basis.rank() < places.len() && basis.contradiction(rates, OFF / dt).is_empty() {
             places.iter().for_each(|&k| is_left_out[k] = true);
             basis.independent().iter().for_each(|&row| is_left_out[places[row]] = false);

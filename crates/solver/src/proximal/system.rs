@@ -336,4 +336,61 @@ mod tests {
             assert!((x[k] - wanted[k]).abs() < 1e-8, "x[{k}] = {}, not {}", x[k], wanted[k]);
         }
     }
+
+    /// A stem of forty hinges with a twig at each is cut into branches of about its eighth, not one for every fork; what rows of any place add to them is
+    /// solved for.
+    #[test]
+    fn many_short_branches_are_joined_and_solved() {
+        let mut builder = ModelBuilder::new("comb");
+        let mut stem = BodyId::WORLD;
+        for k in 0..40 {
+            let mut add = |name: &str, parent| {
+                let position = DVec3::new(0.1, 0.02, 0.3);
+                let inertia = Inertia { mass: 1.0, center_of_mass: position, rotational: DMat3::IDENTITY };
+                let body =
+                    builder.add_body(format!("{name}{k}"), parent, Pose::from_position(position), inertia).unwrap();
+                let axis = DVec3::new(noise(k), noise(k + 50), 1.0).normalize();
+                builder.add_joint(body, Joint::new(format!("{name}{k}"), JointKind::Hinge { axis })).unwrap();
+                body
+            };
+            stem = add("stem", stem);
+            add("twig", stem);
+        }
+        let model = builder.build().unwrap();
+        let (mut kinematics, state) = (Kinematics::new(&model), State::new(&model));
+        forward_kinematics_into(&model, &state.q, &state.v, &mut kinematics);
+        let mut mass = MassMatrix::new(&model);
+        mass_matrix_into(&model, &kinematics, &mut mass);
+        let mass = mass.matrix;
+        let n = mass.dimension();
+        let mut problem = ContactProblem::new(mass.clone(), vec![0.0; n], 0.01).unwrap();
+        for k in 0..12 {
+            // The way to a twig, and a part of the stem.
+            let columns = (0..n).filter(|dof| dof % 2 == 0 && *dof <= 6 * k || *dof == 6 * k + 1);
+            problem.push_bilateral(columns.map(|dof| (dof as u32, [noise(n * k + dof)])), 0.0);
+        }
+        let mut islands = Islands::default();
+        islands.find(&problem);
+        islands.assemble(&problem, |_| true);
+        let island = &islands.all()[0];
+        let mut system = ProximalSystem::default();
+        system.analyse(&problem, island);
+        let sizes: Vec<usize> = system.starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        assert_eq!(sizes, [10; 8]);
+        assert_eq!(system.branches.len(), 8 * 7 / 2);
+        let weight: Vec<f64> = (0..12).map(|k| 2.0 + noise(k)).collect();
+        system.prepare(&problem, island, &weight);
+        assert!(system.factor_slopes(island, |_| None));
+        let wanted: Vec<f64> = (0..n).map(|k| noise(k) + 2.0).collect();
+        let mut x = vec![0.0; n];
+        mass.multiply_into(&wanted, &mut x);
+        for (k, w) in weight.iter().enumerate() {
+            let [rate] = problem.bilateral_jacobian.multiply(k, &wanted);
+            problem.bilateral_jacobian.add_transposed(k, [w * rate], &mut x);
+        }
+        system.solve(island, &mut x);
+        for k in 0..n {
+            assert!((x[k] - wanted[k]).abs() < 1e-8, "x[{k}] = {}, not {}", x[k], wanted[k]);
+        }
+    }
 }

@@ -165,7 +165,7 @@ fn a_basis_tells_independent_redundant_and_contradicting_rows() {
         }
         let mut rate: Vec<f64> =
             (0..=independent).map(|k| -problem.bilateral_jacobian.multiply(k, &wanted)[0]).collect();
-        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, nv);
+        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor);
         assert_eq!(basis.rank(), independent, "seed {seed}");
         let mut change = vec![0.0; nv];
         basis.solve_into(&rate, &problem.mass_factor, &mut change);
@@ -202,7 +202,7 @@ fn of_rows_that_follow_from_each_other_the_large_ones_stay() {
         push(&small, 0);
         push(&large[..2], 0);
         push(&large[2..], 2);
-        basis.factor_preferring_large(&rows, &factor, 4);
+        basis.factor_preferring_large(&rows, &factor);
         let mut stay = basis.independent().to_vec();
         stay.sort_unstable();
         assert_eq!(stay, [1, 2], "seed {seed}");
