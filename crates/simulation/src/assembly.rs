@@ -2,13 +2,13 @@
 
 use signorini_contact::SparseRows;
 use signorini_multibody::{
-    BlockCholesky, EqualityBlock, Input, Kinematics, MassMatrix, Model, equality_block_into, forward_kinematics_into,
-    integrate_into, mass_matrix_into,
+    BlockCholesky, BlockDiagonal, EqualityBlock, Input, Kinematics, MassMatrix, Model, equality_block_into,
+    forward_kinematics_into, integrate_into, mass_matrix_into,
 };
-use signorini_solver::BilateralBasis;
 
 use crate::SimulationError;
 use crate::build::rows::push_rows;
+use crate::smallest_change::SmallestChange;
 
 /// Violations below this are rounding, m or rad.
 const ASSEMBLED: f64 = 1e-13;
@@ -21,7 +21,7 @@ pub(crate) struct Assembler {
     block: EqualityBlock,
     rows: SparseRows<1>,
     violation: Vec<f64>,
-    basis: BilateralBasis,
+    smallest: SmallestChange,
     change: Vec<f64>,
     still: Vec<f64>,
     next: Vec<f64>,
@@ -36,7 +36,7 @@ impl Assembler {
             block: EqualityBlock::new(model),
             rows: SparseRows::default(),
             violation: Vec::new(),
-            basis: BilateralBasis::default(),
+            smallest: SmallestChange::default(),
             change: vec![0.0; model.nv],
             still: vec![0.0; model.nv],
             next: vec![0.0; model.nq],
@@ -49,14 +49,14 @@ impl Assembler {
         self.kinematics.place_mocap(model, input);
     }
 
-    /// Moves `q` onto the constraints in at most `iterations` Newton steps, with `mass` the factor of any mass matrix near.
-    pub fn project(&mut self, model: &Model, mass: &BlockCholesky, q: &mut [f64], iterations: u32) {
+    /// Moves `q` onto the constraints in at most `iterations` Newton steps, with any mass matrix near, and its factor.
+    pub fn project(&mut self, model: &Model, mass: (&BlockDiagonal, &BlockCholesky), q: &mut [f64], iterations: u32) {
         for _ in 0..iterations {
             if self.linearise(model, q) <= ASSEMBLED {
                 return;
             }
-            self.basis.factor(&self.rows, mass);
-            self.basis.solve_into(&self.violation, mass, &mut self.change);
+            let Self { smallest, rows, violation, change, .. } = self;
+            smallest.find((rows, violation), mass, change);
             integrate_into(model, q, &self.change, 1.0, &mut self.next);
             q.copy_from_slice(&self.next);
         }
@@ -97,7 +97,7 @@ impl Assembler {
         mass_matrix_into(model, &self.kinematics, &mut mass);
         let mut factor = BlockCholesky::new(&mass.matrix);
         factor.refactor(&mass.matrix).map_err(signorini_multibody::FreeMotionError::from)?;
-        self.project(model, &factor, q, iterations);
+        self.project(model, (&mass.matrix, &factor), q, iterations);
         Ok(self.violation(model, q))
     }
 }

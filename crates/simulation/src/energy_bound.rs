@@ -5,6 +5,7 @@
 //! velocity that makes the corrections, in the metric of the step's matrix, is taken out of the motion, and what kinetic energy is gone with it is
 //! what they put in. That is a quadratic polynomial in θ, whose root is the next θ.
 
+use signorini_contact::SparseRows;
 use signorini_multibody::Model;
 use signorini_solver::Patience;
 
@@ -26,6 +27,21 @@ const AIM: f64 = 0.9;
 
 /// Problems that are solved to meet the bound, as modes change with θ.
 const REDUCTIONS: u32 = 3;
+
+/// What corrections put in, and what it is found with.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PutIn {
+    /// The rows that ask for something or hold something, and their rates, m/s or rad/s.
+    rows: SparseRows<1>,
+    rates: Vec<f64>,
+    smallest: SmallestChange,
+    /// The velocity of the trees that corrections move, `[nv]`.
+    moved: Vec<f64>,
+    /// The smallest change that makes the corrections, `[nv]`.
+    change: Vec<f64>,
+    /// The velocity without it, `[nv]`.
+    without: Vec<f64>,
+}
 
 impl Workspace {
     /// Reduces θ where corrections put in more energy than they may.
@@ -88,11 +104,11 @@ impl Workspace {
         after
     }
 
-    /// The kinetic energy at the velocity `v`, J, of what corrections move, whose velocities stay in `smallest.moved`.
+    /// The kinetic energy at the velocity `v`, J, of what corrections move, whose velocities stay in `put_in.moved`.
     fn energy_of_reached(&mut self, model: &Model, v: &[f64]) -> f64 {
-        let Self { moving, kinematics, reach, builder, smallest, .. } = self;
-        moving.of_reached(&builder.problem, v, &mut smallest.moved);
-        reach.end.kinetic_energy(model, &moving.bodies, kinematics, &smallest.moved)
+        let Self { moving, kinematics, reach, builder, put_in, .. } = self;
+        moving.of_reached(&builder.problem, v, &mut put_in.moved);
+        reach.end.kinetic_energy(model, &moving.bodies, kinematics, &put_in.moved)
     }
 
     /// The part of the corrections of the solution at hand with which they would put in somewhat less energy than the bound (J); 1 where they put
@@ -104,16 +120,17 @@ impl Workspace {
             return 1.0;
         }
         self.find_smallest_change();
-        let Self { smallest, moving, kinematics, reach, .. } = self;
+        let Self { put_in, moving, kinematics, reach, .. } = self;
         let mut energy = |v: &[f64]| reach.end.kinetic_energy(model, &moving.bodies, kinematics, v);
-        smallest.without.clear();
-        smallest.without.extend(smallest.moved.iter().zip(&smallest.change).map(|(v, change)| v - change));
-        let put_in = after - energy(&smallest.without);
+        let PutIn { moved, change, without, .. } = put_in;
+        without.clear();
+        without.extend(moved.iter().zip(&*change).map(|(v, change)| v - change));
+        let put_in = after - energy(without);
         if put_in <= bound {
             return 1.0;
         }
         // What the part p of the change puts in is p b + p² a.
-        let a = energy(&smallest.change);
+        let a = energy(change);
         let b = put_in - a;
         let aim = AIM * bound;
         2.0 * aim / (b + (b * b + 4.0 * a * aim).sqrt())
@@ -122,8 +139,8 @@ impl Workspace {
     /// Finds the smallest change of velocity that makes the corrections of the solution at hand: of all constraints, and of the contacts that
     /// push.
     fn find_smallest_change(&mut self) {
-        let Self { builder, solution, smallest, .. } = self;
-        let SmallestChange { rows, rates, .. } = smallest;
+        let Self { builder, solution, put_in, .. } = self;
+        let PutIn { rows, rates, smallest, change, .. } = put_in;
         let problem = &builder.problem;
         rows.clear();
         rates.clear();
@@ -137,14 +154,14 @@ impl Workspace {
             rows.push(columns.iter().zip(entries).map(|(column, entry)| (*column, [entry[0]])));
             rates.push(problem.gap[i].min(0.0) / problem.timestep);
         }
-        smallest.find(problem);
+        smallest.find((rows, rates), (&problem.mass, &problem.mass_factor), change);
     }
 
     /// The most that corrections can leave in the motion, J: their work, less what the step's implicit forces take at the velocity of its end,
     /// `v⁺ᵀ (M̂ − M) v⁺`, as dampers do that hold a mechanism back, and no more than the kinetic energy after the step, as where friction takes
     /// the rest.
     fn most_energy_left(&mut self, work: f64, after: f64) -> f64 {
-        let SmallestChange { moved: v, change: momentum, .. } = &mut self.smallest;
+        let PutIn { moved: v, change: momentum, .. } = &mut self.put_in;
         momentum.resize(v.len(), 0.0);
         self.builder.problem.mass.multiply_into(v, momentum);
         let with_implicit: f64 = v.iter().zip(momentum).map(|(v, p)| v * *p).sum();

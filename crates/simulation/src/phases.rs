@@ -196,8 +196,13 @@ impl Workspace {
         integrate_beside(model, &state.q, &next.v, dt, &self.sleepers.standing, &mut next.q);
         let in_full = self.builder.corrects_constraints && self.corrections.part() == 1.0;
         if settings.position_iterations > 0 && in_full && !model.equalities.is_empty() {
-            let factor = &self.builder.problem.mass_factor;
-            self.assembler.project(model, factor, &mut next.q, settings.position_iterations);
+            let problem = &self.builder.problem;
+            self.assembler.project(
+                model,
+                (&problem.mass, &problem.mass_factor),
+                &mut next.q,
+                settings.position_iterations,
+            );
             for held in self.sleepers.held_coordinates() {
                 next.q[held.clone()].copy_from_slice(&state.q[held]);
             }

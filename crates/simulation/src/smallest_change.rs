@@ -1,6 +1,7 @@
-//! The smallest change of velocity that makes the corrections of a step.
+//! The smallest change of velocity that makes the rates of rows what is asked for.
 
 use signorini_contact::{ContactProblem, SparseRows};
+use signorini_multibody::{BlockCholesky, BlockDiagonal};
 use signorini_solver::{BilateralBasis, Island, Islands, ProximalSystem};
 
 use crate::build::rows::MOST_DENSE_ROWS;
@@ -10,46 +11,84 @@ use crate::build::rows::MOST_DENSE_ROWS;
 const STIFFNESS: f64 = 1e6;
 const ROUNDS: u32 = 3;
 
-/// The smallest change of velocity that makes corrections, and what it is found with.
+/// Finds changes; memory is reused.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SmallestChange {
-    /// The rows that ask for something or hold something, and their rates, m/s or rad/s.
-    pub rows: SparseRows<1>,
-    pub rates: Vec<f64>,
     basis: BilateralBasis,
+    /// Where there are many rows: the masses and the rows as a problem without contacts, and its islands.
+    problem: Option<ContactProblem>,
+    islands: Islands,
     many: ManyRows,
-    /// The velocity of the trees that corrections move, `[nv]`.
-    pub moved: Vec<f64>,
-    /// `[nv]`.
-    pub change: Vec<f64>,
-    /// The velocity without it, `[nv]`.
-    pub without: Vec<f64>,
+    /// The rows of an island of few.
+    own: (SparseRows<1>, Vec<f64>),
 }
 
 impl SmallestChange {
-    /// Finds the change of the rows at hand, in the metric of the problem's mass matrix.
-    pub fn find(&mut self, problem: &ContactProblem) {
-        let Self { rows, rates, basis, many, change, .. } = self;
+    /// The smallest change in the metric of M with `B change = −rate`, on a largest set of independent rows where few of them are tied together.
+    ///
+    /// - `rows`: `B`; `rates`: one for each, m/s or rad/s
+    /// - `mass`, `factor`: `M` and its factor
+    /// - `change`: out, `[nv]`
+    pub fn find(
+        &mut self,
+        (rows, rates): (&SparseRows<1>, &[f64]),
+        (mass, factor): (&BlockDiagonal, &BlockCholesky),
+        change: &mut Vec<f64>,
+    ) {
         change.clear();
-        change.resize(problem.nv(), 0.0);
+        change.resize(mass.dimension(), 0.0);
         if rows.len() <= MOST_DENSE_ROWS {
-            basis.factor(rows, &problem.mass_factor);
-            basis.solve_into(rates, &problem.mass_factor, change);
-        } else {
-            many.find(problem, rows, rates, change);
+            self.basis.factor(rows, factor);
+            return self.basis.solve_into(rates, factor, change);
+        }
+        let Self { basis, problem, islands, many, own } = self;
+        let Some(problem) = take_rows(problem, (rows, rates), (mass, factor)) else { return };
+        islands.find(problem);
+        islands.assemble(problem, |_| true);
+        for island in islands.all() {
+            if island.bilateral.len() > MOST_DENSE_ROWS {
+                many.find(problem, island, change);
+                continue;
+            }
+            own.0.clear();
+            own.1.clear();
+            for &k in &island.bilateral {
+                let (columns, entries) = rows.group(k as usize);
+                own.0.push_renumbered(columns.iter().copied(), entries);
+                own.1.push(rates[k as usize]);
+            }
+            basis.factor(&own.0, factor);
+            basis.solve_into(&own.1, factor, change);
         }
     }
 }
 
-/// The change that many rows ask for, island by island, by the method of multipliers with one sparse factorisation.
+/// Makes the rows those of a problem without contacts; none where the mass matrix is singular.
+fn take_rows<'a>(
+    problem: &'a mut Option<ContactProblem>,
+    (rows, rates): (&SparseRows<1>, &[f64]),
+    (mass, factor): (&BlockDiagonal, &BlockCholesky),
+) -> Option<&'a ContactProblem> {
+    if problem.is_none() {
+        *problem = ContactProblem::new(mass.clone(), vec![0.0; mass.dimension()], 1.0).ok();
+    }
+    let problem = problem.as_mut()?;
+    problem.mass.clone_from(mass);
+    problem.mass_factor.clone_from(factor);
+    problem.clear_contacts();
+    for (k, rate) in rates.iter().enumerate() {
+        let (columns, entries) = rows.group(k);
+        problem.push_bilateral(columns.iter().copied().zip(entries.iter().copied()), rate * problem.timestep);
+    }
+    Some(problem)
+}
+
+/// The change that the many rows of an island ask for, by the method of multipliers with one sparse factorisation.
 ///
 /// # Source
 /// M. Hestenes, *Multiplier and gradient methods*, J. Optim. Theory Appl. 4 (1969).
 #[derive(Clone, Debug, Default)]
 struct ManyRows {
-    /// The masses, and the rows as bilateral ones.
-    problem: Option<ContactProblem>,
-    islands: Islands,
     system: ProximalSystem,
     weight: Vec<f64>,
     impulse: Vec<f64>,
@@ -57,54 +96,33 @@ struct ManyRows {
 }
 
 impl ManyRows {
-    fn find(&mut self, problem: &ContactProblem, rows: &SparseRows<1>, rates: &[f64], change: &mut [f64]) {
-        let own = self.problem.get_or_insert_with(|| problem.clone());
-        own.mass.clone_from(&problem.mass);
-        own.mass_factor.clone_from(&problem.mass_factor);
-        own.free_velocity.clone_from(&problem.free_velocity);
-        own.clear_contacts();
-        for (k, rate) in rates.iter().enumerate() {
-            let (columns, entries) = rows.group(k);
-            own.push_bilateral(columns.iter().copied().zip(entries.iter().copied()), rate * own.timestep);
+    /// Writes the island's part of the change: `(M + Bᵀ W B) change = Bᵀ (λ − W rate)`, where `λ` gathers what the rows still lack.
+    fn find(&mut self, problem: &ContactProblem, island: &Island, out: &mut [f64]) {
+        let Self { system, weight, impulse, change } = self;
+        // A row that nothing moves has no columns, and asks for nothing.
+        let stiffness = |g: &f64| if *g > 0.0 { STIFFNESS / g } else { 0.0 };
+        weight.clear();
+        weight.extend(island.bilateral_scale.iter().map(stiffness));
+        system.analyse(problem, island);
+        system.prepare(problem, island, weight);
+        if !system.factor_slopes(island, |_| None) {
+            return;
         }
-        self.islands.find(own);
-        self.islands.assemble(own, |_| true);
-        for island in self.islands.all() {
-            self.system.analyse(own, island);
-            self.weight.clear();
-            // A row that nothing moves has no columns, and asks for nothing.
-            let weight = |g: &f64| if *g > 0.0 { STIFFNESS / g } else { 0.0 };
-            self.weight.extend(island.bilateral_scale.iter().map(weight));
-            self.system.prepare(own, island, &self.weight);
-            if self.system.factor_slopes(island, |_| None) {
-                solve_island(island, &self.weight, &mut self.system, &mut self.impulse, &mut self.change);
-                island.scatter(&self.change, change);
+        impulse.clear();
+        impulse.resize(weight.len(), 0.0);
+        for _ in 0..ROUNDS {
+            change.clear();
+            change.resize(island.nv(), 0.0);
+            for (k, w) in weight.iter().enumerate() {
+                island.bilateral_jacobian.add_transposed(k, [impulse[k] - w * island.bilateral_offset[k]], change);
+            }
+            system.solve(island, change);
+            for (k, w) in weight.iter().enumerate() {
+                let [rate] = island.bilateral_jacobian.multiply(k, change);
+                impulse[k] -= w * (rate + island.bilateral_offset[k]);
             }
         }
-    }
-}
-
-/// The change of an island: `(M + Bᵀ W B) change = Bᵀ (λ − W rate)`, where `λ` gathers what the rows still lack.
-fn solve_island(
-    island: &Island,
-    weight: &[f64],
-    system: &mut ProximalSystem,
-    impulse: &mut Vec<f64>,
-    change: &mut Vec<f64>,
-) {
-    impulse.clear();
-    impulse.resize(weight.len(), 0.0);
-    for _ in 0..ROUNDS {
-        change.clear();
-        change.resize(island.nv(), 0.0);
-        for (k, w) in weight.iter().enumerate() {
-            island.bilateral_jacobian.add_transposed(k, [impulse[k] - w * island.bilateral_offset[k]], change);
-        }
-        system.solve(island, change);
-        for (k, w) in weight.iter().enumerate() {
-            let [rate] = island.bilateral_jacobian.multiply(k, change);
-            impulse[k] -= w * (rate + island.bilateral_offset[k]);
-        }
+        island.scatter(change, out);
     }
 }
 
@@ -134,8 +152,8 @@ mod tests {
             let ends = [(a, -1.0), (b, 1.0)];
             let columns =
                 ends.iter().flat_map(|&(at, sign)| (0..3).map(move |r| ((3 * at + r) as u32, [sign * along[r]])));
-            smallest.rows.push(columns);
-            smallest.rates.push(noise(7 * seed));
+            rows.push(columns);
+            rates.push(noise(7 * seed));
         };
         for k in (0..particles - 1).filter(|k| *k != 40) {
             tie(k, k + 1, k);
@@ -147,15 +165,15 @@ mod tests {
                 tie(k, k + 3, k + 1000);
             }
         }
-        assert!(smallest.rows.len() > MOST_DENSE_ROWS);
-        smallest.find(&problem);
+        assert!(rows.len() > MOST_DENSE_ROWS);
+        let (mut change, mut wanted) = (Vec::new(), vec![0.0; nv]);
+        SmallestChange::default().find((&rows, &rates), (&mass, &factor), &mut change);
         let mut basis = BilateralBasis::default();
-        let mut wanted = vec![0.0; nv];
-        basis.factor(&smallest.rows, &problem.mass_factor);
-        basis.solve_into(&smallest.rates, &problem.mass_factor, &mut wanted);
-        assert!(basis.rank() < smallest.rows.len() && wanted.iter().all(|v| *v != 0.0));
+        basis.factor(&rows, &factor);
+        basis.solve_into(&rates, &factor, &mut wanted);
+        assert!(basis.rank() < rows.len() && wanted.iter().all(|v| *v != 0.0));
         for k in 0..nv {
-            assert!((smallest.change[k] - wanted[k]).abs() < 1e-6, "{k}: {} and {}", smallest.change[k], wanted[k]);
+            assert!((change[k] - wanted[k]).abs() < 1e-6, "{k}: {} and {}", change[k], wanted[k]);
         }
     }
 }

@@ -18,13 +18,13 @@ use crate::build::{Level, ProblemBuilder};
 use crate::candidates::Candidates;
 use crate::contradictions::Contradictions;
 use crate::corrections::Corrections;
+use crate::energy_bound::PutIn;
 use crate::moving::Moving;
 use crate::overlaps;
 use crate::reach::BodyReach;
 use crate::rest::FixedPoint;
 use crate::settings::Settings;
 use crate::sleepers::{RowsView, Sleepers};
-use crate::smallest_change::SmallestChange;
 use crate::solver::StepSolver;
 use crate::source::{ContactSource, FrictionSource, LimitRow};
 use crate::warm::{ContactKey, WarmCache, limit_of};
@@ -44,7 +44,7 @@ pub struct Workspace {
     pub(crate) decompression: Decompression,
     pub(crate) corrections: Corrections,
     pub(crate) contradictions: Contradictions,
-    pub(crate) smallest: SmallestChange,
+    pub(crate) put_in: PutIn,
     /// The solution with the largest θ so far, while it is looked for.
     pub(crate) best: ContactSolution,
     pub(crate) moving: Moving,
@@ -124,7 +124,7 @@ impl Workspace {
             },
             corrections: Corrections::default(),
             contradictions: Contradictions::default(),
-            smallest: SmallestChange::default(),
+            put_in: PutIn::default(),
             best: ContactSolution::default(),
             moving: Moving::of(model),
             builder: ProblemBuilder::new(model, problem, polygon, settings),

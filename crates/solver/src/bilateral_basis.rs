@@ -170,17 +170,17 @@ impl BilateralBasis {
     ///
     /// - `rate`: `[nb]`; entries of dependent rows are not read
     /// - `mass`: the factor of `M` that the rows were factorised with
-    /// - `change`: out, `[nv]`
+    /// - `change`: out, `[nv]`; written where the blocks of the rows are, and nowhere else
     pub fn solve_into(&mut self, rate: &[f64], mass: &BlockCholesky, change: &mut [f64]) {
         let (nb, rank) = (self.order.len(), self.rank);
         self.solution.clear();
         self.solution.extend(self.order[..rank].iter().map(|&k| -rate[k] * self.scale[k]));
         forward(&self.factor, nb, &mut self.solution);
         backward(&self.factor, nb, &mut self.solution);
-        change.fill(0.0);
         let n = self.starts.last().copied().unwrap_or(0);
         for (&b, part) in self.blocks.iter().zip(self.starts.windows(2)) {
             let own = &mut change[mass.blocks()[b].range()];
+            own.fill(0.0);
             for (p, &k) in self.order[..rank].iter().enumerate() {
                 let impulse = self.solution[p] * self.scale[k];
                 let row = &self.half_rows[k * n..][part[0]..part[1]];

@@ -6,7 +6,7 @@ use signorini_sparse::FREE;
 use crate::islands::{Island, block_of};
 
 /// A tree is cut into about so many branches of the same length at most. Chosen by ladders of 10 to 200 rungs and centipedes of 30 to 200 joints, which take
-/// 0.2 to 1 of the time without; no other value was tried.
+/// 0.3 to 1 of the time without; no other value was tried.
 const BRANCHES: usize = 8;
 
 /// Neighbouring blocks of the mass matrix that (nearly) the same rows move: a free body whose mass matrix is diagonal has six
