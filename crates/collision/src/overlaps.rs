@@ -4,12 +4,12 @@
 //! tell nothing about contact, whatever the joints do; planners leave out what collides in the default configuration (Coleman et al.
 //! 2014, "Reducing the barrier to entry of complex robotic software", §III).
 
-use signorini_multibody::{BodyId, GeomId, Model, Pose};
+use signorini_multibody::{BodyId, EqualityKind, GeomId, Model, Pose};
 
 use crate::collider::Collider;
 use crate::reach::Reach;
 
-/// Two geoms of one kinematic tree that lie inside each other.
+/// Two geoms of one mechanism that lie inside each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnOverlap {
     /// The geoms, ascending.
@@ -19,8 +19,9 @@ pub struct OwnOverlap {
 }
 
 impl Collider {
-    /// The pairs of geoms of one kinematic tree that can meet and overlap at these poses, in order. A tree is a child of the world with
-    /// all that hangs on it; pairs that the model names ([`Model::pairs`]) are wanted, and not among them.
+    /// The pairs of geoms of one mechanism that can meet and overlap at these poses, in order: of one kinematic tree, which is a child of the world
+    /// with all that hangs on it, and of two bodies that a connection or a weld joins, as the links of a rope are. Pairs that the model names
+    /// ([`Model::pairs`]) are wanted, and not among them.
     ///
     /// - `body_pose`: `X_WB`, `[bodies]`
     /// - `part`: overlaps up to this part of the smaller geom's radius do not count
@@ -36,7 +37,15 @@ impl Collider {
         };
         let reach = vec![Reach::default(); model.bodies.len()];
         let mut points = Vec::new();
-        let of_one = |a: GeomId, b: GeomId| tree_of(a) == tree_of(b) && tree_of(a) != BodyId::WORLD && !named(a, b);
+        let joined = joined(model);
+        let is_joined = |a: GeomId, b: GeomId| {
+            let bodies = [a, b].map(|geom| model.body_weld[model.geoms[geom.index()].body.index()]);
+            joined.binary_search(&ascending(bodies)).is_ok()
+        };
+        let of_one = |a: GeomId, b: GeomId| {
+            let of_world = [a, b].map(tree_of).contains(&BodyId::WORLD);
+            !of_world && (tree_of(a) == tree_of(b) || is_joined(a, b)) && !named(a, b)
+        };
         self.find_among(model, body_pose, &reach, of_one, &mut points);
         let mut found: Vec<OwnOverlap> = Vec::new();
         for point in &points {
@@ -53,6 +62,23 @@ impl Collider {
         }
         found
     }
+}
+
+/// The pairs of bodies that a connection or a weld joins, each by the body that it is fixed to; in order.
+fn joined(model: &Model) -> Vec<[BodyId; 2]> {
+    let mut joined = Vec::new();
+    for equality in &model.equalities {
+        if let EqualityKind::Connect { body_a, body_b, .. } | EqualityKind::Weld { body_a, body_b, .. } = equality.kind
+        {
+            joined.push(ascending([body_a, body_b].map(|body| model.body_weld[body.index()])));
+        }
+    }
+    joined.sort_unstable();
+    joined
+}
+
+fn ascending([a, b]: [BodyId; 2]) -> [BodyId; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// For every body the child of the world that it hangs on; the world for itself.

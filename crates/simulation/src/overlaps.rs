@@ -14,8 +14,9 @@ const DRAWN: f64 = 0.01;
 /// Pairs that are named; the others are counted.
 const NAMED: usize = 4;
 
-/// What becomes of geoms of one kinematic tree that overlap in the model's reference configuration by more than a hundredth of the
-/// smaller one's radius. A tree is a child of the world with all that hangs on it; pairs that the model names are never touched.
+/// What becomes of geoms of one mechanism that overlap in the model's reference configuration by more than a hundredth of the
+/// smaller one's radius: of one kinematic tree, which is a child of the world with all that hangs on it, or of two bodies that a connection or a weld
+/// joins. Pairs that the model names are never touched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum OverlapPolicy {

@@ -91,7 +91,7 @@ fn heap(seed: u64) -> Simulation {
 #[test]
 fn a_heap_comes_to_rest() {
     let (mut changes_with, mut changes_without) = (0, 0);
-    for seed in 2..5 {
+    for seed in 2..8 {
         let near_rest = heap(seed);
         let run = |settings: Settings| {
             let mut simulation = Simulation::new(near_rest.model().clone(), settings.with_tolerance(1e-8)).unwrap();

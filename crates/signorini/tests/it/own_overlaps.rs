@@ -64,6 +64,34 @@ fn they_are_contacts_or_refused_where_somebody_asks_for_it() {
     assert!(error.to_string().contains("'palm' and 'right'"), "{error}");
 }
 
+/// A rope of free capsules that connections and a weld join, drawn into each other where they meet; a ball that nothing joins lies in the first one.
+#[test]
+fn bodies_that_are_joined_do_not_touch_where_they_are_drawn_into_each_other() {
+    let link = |name: &str, x: f64| {
+        format!(
+            "<body name='{name}' pos='{x} 0 0.5'><freejoint/><geom name='{name}' type='capsule' size='.02' fromto='-.05 0 0 .05 0 0' mass='.1'/></body>"
+        )
+    };
+    let links: String = ["a", "b", "c"].iter().enumerate().map(|(k, name)| link(name, 0.12 * k as f64)).collect();
+    let text = format!(
+        "<mujoco><option timestep='0.002'/><worldbody><geom name='floor' type='plane'/>{links}
+        <body name='ball' pos='-.05 0 .53'><freejoint/><geom name='ball' size='.02' mass='.1'/></body></worldbody>
+        <equality><connect body1='a' body2='b' anchor='.06 0 0'/><weld body1='c' body2='b'/></equality></mujoco>"
+    );
+    let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    assert_eq!(names(&model, &simulation), [["a", "b"], ["b", "c"]]);
+    for _ in 0..200 {
+        let report = simulation.step().unwrap();
+        assert!(report.certificate.holds(1e-9) && report.theta == 1.0, "{report:?}");
+    }
+    assert!(!touching(&simulation, "a", "b") && !touching(&simulation, "b", "c"));
+    let mut kept = Simulation::new(model, Settings::default().with_overlaps(OverlapPolicy::Keep)).unwrap();
+    kept.step().unwrap();
+    assert!(touching(&kept, "a", "b") && touching(&kept, "b", "c") && touching(&kept, "a", "ball"));
+    assert!(kept.workspace().own_overlaps().is_empty());
+}
+
 #[test]
 fn pairs_that_the_model_names_stay() {
     let model = gripper("<contact><pair geom1='palm' geom2='right'/></contact>");
