@@ -145,8 +145,9 @@ mod tests {
         let nv = 3 * particles;
         let mut mass = vec![0.0; nv * nv];
         (0..nv).for_each(|k| mass[k * nv + k] = 5.5 + 4.5 * noise(k / 3));
-        let problem = ContactProblem::new(BlockDiagonal::from_dense(nv, &mass).unwrap(), vec![0.0; nv], 0.01).unwrap();
-        let mut smallest = SmallestChange::default();
+        let mass = BlockDiagonal::from_dense(nv, &mass).unwrap();
+        let factor = mass.factor().unwrap();
+        let (mut rows, mut rates) = (SparseRows::default(), Vec::new());
         let mut tie = |a: usize, b: usize, seed: usize| {
             let along: [f64; 3] = std::array::from_fn(|r| noise(3 * seed + r));
             let ends = [(a, -1.0), (b, 1.0)];
