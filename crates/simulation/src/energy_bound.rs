@@ -5,15 +5,14 @@
 //! velocity that makes the corrections, in the metric of the step's matrix, is taken out of the motion, and what kinetic energy is gone with it is
 //! what they put in. That is a quadratic polynomial in θ, whose root is the next θ.
 
-use signorini_contact::SparseRows;
 use signorini_multibody::Model;
 use signorini_solver::Patience;
 
 use crate::SimulationError;
 use crate::corrections::energy;
+use crate::put_in::PutIn;
 use crate::report::StepReport;
 use crate::settings::Settings;
-use crate::smallest_change::SmallestChange;
 use crate::solver::Verdict;
 use crate::workspace::Workspace;
 
@@ -27,21 +26,6 @@ const AIM: f64 = 0.9;
 
 /// Problems that are solved to meet the bound, as modes change with θ.
 const REDUCTIONS: u32 = 3;
-
-/// What corrections put in, and what it is found with.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct PutIn {
-    /// The rows that ask for something or hold something, and their rates, m/s or rad/s.
-    rows: SparseRows<1>,
-    rates: Vec<f64>,
-    smallest: SmallestChange,
-    /// The velocity of the trees that corrections move, `[nv]`.
-    moved: Vec<f64>,
-    /// The smallest change that makes the corrections, `[nv]`.
-    change: Vec<f64>,
-    /// The velocity without it, `[nv]`.
-    without: Vec<f64>,
-}
 
 impl Workspace {
     /// Reduces θ where corrections put in more energy than they may.

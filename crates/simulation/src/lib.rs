@@ -70,6 +70,7 @@ mod parameters;
 mod patches;
 mod permitted;
 mod phases;
+mod put_in;
 mod reach;
 mod recertify;
 mod recorder;

@@ -5,10 +5,6 @@ use signorini_sparse::FREE;
 
 use crate::islands::{Island, block_of};
 
-/// A tree is cut into about so many branches of the same length at most. Chosen by ladders of 10 to 200 rungs and centipedes of 30 to 200 joints, which take
-/// 0.3 to 1 of the time without; no other value was tried.
-const BRANCHES: usize = 8;
-
 /// Neighbouring blocks of the mass matrix that (nearly) the same rows move: a free body whose mass matrix is diagonal has six
 /// blocks of one degree of freedom, and is one block of the system.
 #[derive(Clone, Debug, Default)]
@@ -114,10 +110,10 @@ fn cut_tree(
     }
 }
 
-/// Joins neighbouring branches from the `first` one on that are short beside their tree, which ends at `end`: where a tree has many of them, a row that
-/// moves it has a pair for each two on its way.
+/// Joins neighbouring branches from the `first` one on that are short beside their tree, which ends at `end`. Where it has many of them, a row that
+/// moves it has a pair for each two on its way: branches of the root of its length are as many as they are long.
 fn join_short(starts: &mut Vec<usize>, first: usize, end: usize) {
-    let most = (end - starts[first]) / BRANCHES;
+    let most = (end - starts[first]).isqrt();
     let mut kept = first + 1;
     for k in first + 1..starts.len() {
         let next = starts.get(k + 1).copied().unwrap_or(end);

@@ -9,15 +9,11 @@ use signorini_contact::projection::Mode;
 use signorini_contact::scales::raise;
 
 use super::system::ProximalSystem;
+use super::weight::ProximalWeight;
 use crate::islands::Island;
 use crate::iterate::{Effort, Iterate};
 use crate::residual::{RESIDUALS, law_residual};
 use crate::task::Task;
-
-/// ε of equality constraints in islands without contacts and friction, which have no modes that have to be found from near: what it leaves costs
-/// iterations, and nothing but digits limits it. Chosen by nets of 49 and 144 bodies and chains of 60 and 100 with masses of 1 g to 100 kg that hang, and
-/// ladders of 60 and 100 loops: with a tenth nets and chains take longer by a quarter and more, with a thousandth the larger ladder has no digits left.
-const ALONE: f64 = 1e-2;
 
 /// What of the system is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,7 +73,7 @@ impl ProximalMap {
         self.weight.clear();
         self.weight.extend(island.scale.iter().map(|g| 1.0 / (epsilon * g)));
         self.bilateral_weight.clear();
-        let of_rows = if island.units.is_empty() { ALONE * epsilon } else { epsilon };
+        let of_rows = if island.units.is_empty() { ProximalWeight::of_constraints_alone(epsilon) } else { epsilon };
         self.bilateral_weight.extend(island.bilateral_scale.iter().map(|g| 1.0 / (of_rows * g)));
     }
 

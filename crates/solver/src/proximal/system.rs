@@ -337,7 +337,7 @@ mod tests {
         }
     }
 
-    /// A stem of forty hinges with a twig at each is cut into branches of about its eighth, not one for every fork; what rows of any place add to them is
+    /// A stem of forty hinges with a twig at each is cut into ten branches, not one for every fork; what rows of any place add to them is
     /// solved for.
     #[test]
     fn many_short_branches_are_joined_and_solved() {
@@ -376,8 +376,8 @@ mod tests {
         let mut system = ProximalSystem::default();
         system.analyse(&problem, island);
         let sizes: Vec<usize> = system.starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        assert_eq!(sizes, [10; 8]);
-        assert_eq!(system.branches.len(), 8 * 7 / 2);
+        assert_eq!(sizes, [8; 10]);
+        assert_eq!(system.branches.len(), 10 * 9 / 2);
         let weight: Vec<f64> = (0..12).map(|k| 2.0 + noise(k)).collect();
         system.prepare(&problem, island, &weight);
         assert!(system.factor_slopes(island, |_| None));
