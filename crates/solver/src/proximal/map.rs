@@ -13,7 +13,7 @@ use super::weight::ProximalWeight;
 use crate::islands::Island;
 use crate::iterate::{Effort, Iterate};
 use crate::residual::{RESIDUALS, law_residual};
-use crate::task::Task;
+use crate::task::{SIZES, Task};
 
 /// What of the system is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,7 +73,8 @@ impl ProximalMap {
         self.weight.clear();
         self.weight.extend(island.scale.iter().map(|g| 1.0 / (epsilon * g)));
         self.bilateral_weight.clear();
-        let of_rows = if island.units.is_empty() { ProximalWeight::of_constraints_alone(epsilon) } else { epsilon };
+        let is_of_many_rows_alone = island.units.is_empty() && island.bilateral.len() >= SIZES.large;
+        let of_rows = if is_of_many_rows_alone { ProximalWeight::of_constraints_alone(epsilon) } else { epsilon };
         self.bilateral_weight.extend(island.bilateral_scale.iter().map(|g| 1.0 / (of_rows * g)));
     }
 

@@ -77,7 +77,7 @@ impl ProximalWeight {
         Self { epsilon: TUNING.last, rises: 1, ..Self::new(settings, true) }
     }
 
-    /// The ε of equality constraints that no contact and no friction touches, where that of contacts is `epsilon`: they have no modes that have to be found
+    /// The ε of many equality constraints that no contact and no friction touches, where that of contacts is `epsilon`: they have no modes that have to be found
     /// from near, and are a step further where iterations are slow. (Nets of 49 and 144 bodies and chains of 100 take 0.35 to 0.75 of their time; with two
     /// steps ladders of 200 loops have no digits left.)
     pub fn of_constraints_alone(epsilon: f64) -> f64 {
