@@ -49,7 +49,7 @@ impl Configuration<'_> {
         let count = settings.simulation.directions;
         let regular = family.problem.with_directions(count)?;
         let angles: Vec<f64> = (0..regular.contact_count()).map(|i| first_angle(&regular, i)).collect();
-        let range = question.range();
+        let range = question.range(&family);
         let find = |polygons: Polygons, angles: &[f64], range: [f64; 2]| {
             let family = Family { problem: polygons.of(&regular, count, angles), kind: family.kind.clone() };
             limit(&family, range, settings)

@@ -45,7 +45,7 @@ impl Configuration<'_> {
         question: &SafetyQuestion,
     ) -> Result<MotionLimit, SimulationError> {
         let family = Family::new(self, settings, question)?;
-        let [begin, end] = question.range();
+        let [begin, end] = question.range(&family);
         let statics = limit(&family, [begin, end], settings);
         let mut found = MotionLimit { still: statics.holds, moves: statics.falls, at_moves: None, statics };
         if found.statics.holds.is_nan() || !found.take(&family, found.statics.holds, settings) {

@@ -12,7 +12,7 @@ use crate::search::Search;
 use crate::settings::StabilitySettings;
 use crate::verdict::{Decided, decide};
 
-/// Halvings of the interval at most: from 10⁶ to the last digits.
+/// Halvings of the interval at most: from its whole range to the last digits.
 const HALVINGS: u32 = 80;
 /// Values at most at which neither proof can be had, before the limit is left at what is proved: all of them are within rounding of it.
 const UNKNOWN: usize = 6;
@@ -29,7 +29,8 @@ const NUDGE: f64 = 2e-10;
 pub struct Safety {
     /// The loads are balanced here, to [`balance_tolerance`](StabilitySettings::balance_tolerance). Where they are not even at the beginning (friction: as it is), this is no number.
     pub holds: f64,
-    /// No forces balance them here; infinite (friction: no number) where they are balanced over the whole range: 10⁶, half a turn, no friction. No number as well where
+    /// No forces balance them here; infinite (friction: no number) where they are balanced over the whole range: 10⁶, or as many times the loads where these are larger than what is increased, half a turn,
+    /// no friction. No number as well where
     /// neither could be proved.
     pub falls: f64,
     /// The problem at [`holds`](Self::holds) with its balance. The verdict says `stands`: nothing was asked about motion.
@@ -65,7 +66,8 @@ impl Configuration<'_> {
     /// # Errors
     /// As [`safety`](crate::safety()).
     pub fn safety(&self, settings: &StabilitySettings, question: &SafetyQuestion) -> Result<Safety, SimulationError> {
-        Ok(limit(&Family::new(self, settings, question)?, question.range(), settings))
+        let family = Family::new(self, settings, question)?;
+        Ok(limit(&family, question.range(&family), settings))
     }
 }
 
