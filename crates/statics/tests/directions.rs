@@ -296,6 +296,6 @@ fn a_pit_holds_up_to_a_quarter_turn() {
     model.geoms.iter_mut().for_each(|geom| geom.friction = 0.0);
     let worst = at_rest(&model).worst_direction(&StabilitySettings::default(), Sideload::Tilt).expect("a direction");
     near(worst.limit.holds, PI / 2.0, 1e-8);
-    near(worst.limit.falls, PI / 2.0, 1e-8);
     near(worst.at_least, PI / 2.0, 1e-8);
+    assert!(worst.limit.falls > PI / 2.0 && worst.limit.falls < PI / 2.0 + 1e-3, "{}", worst.limit.falls);
 }
