@@ -3,11 +3,6 @@
 use signorini_multibody::BodyId;
 use signorini_multibody::glam::DVec3;
 
-use crate::family::Family;
-
-/// Multipliers beyond this, and beyond this many times the loads, are not looked at.
-const FAR: f64 = 1e6;
-
 /// What is increased until the configuration must move.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -31,12 +26,9 @@ pub enum SafetyQuestion {
 
 impl SafetyQuestion {
     /// From where it balances to where it is looked for at most.
-    pub(crate) fn range(&self, family: &Family) -> [f64; 2] {
+    pub(crate) fn range(&self) -> [f64; 2] {
         match self {
-            // A million newtons are little to a bridge.
-            Self::Horizontal(_) | Self::Load(_) | Self::Weight(_) | Self::Push(..) => {
-                [0.0, FAR * family.as_large_as_loads().max(1.0)]
-            }
+            Self::Horizontal(_) | Self::Load(_) | Self::Weight(_) | Self::Push(..) => [0.0, 1e6],
             Self::Tilt(_) => [0.0, std::f64::consts::PI],
             Self::Friction | Self::Motors => [1.0, 0.0],
         }

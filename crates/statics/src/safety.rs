@@ -66,8 +66,7 @@ impl Configuration<'_> {
     /// # Errors
     /// As [`safety`](crate::safety()).
     pub fn safety(&self, settings: &StabilitySettings, question: &SafetyQuestion) -> Result<Safety, SimulationError> {
-        let family = Family::new(self, settings, question)?;
-        Ok(limit(&family, question.range(&family), settings))
+        Ok(farthest_limit(&Family::new(self, settings, question)?, question.range(), settings))
     }
 }
 
@@ -103,6 +102,14 @@ pub(crate) fn limit(family: &Family, [begin, end]: [f64; 2], settings: &Stabilit
         }
     }
     found
+}
+
+/// The same, and where it is beyond a range of loads, so many times farther as the loads are larger than what is increased: a million newtons
+/// are little to a bridge.
+pub(crate) fn farthest_limit(family: &Family, [begin, end]: [f64; 2], settings: &StabilitySettings) -> Safety {
+    let found = limit(family, [begin, end], settings);
+    let far = end * family.as_large_as_loads();
+    if found.falls == f64::INFINITY && far > end { limit(family, [begin, far], settings) } else { found }
 }
 
 /// Between two values: large ranges are halved by their exponents first.
