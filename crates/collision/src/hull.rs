@@ -279,4 +279,28 @@ mod tests {
             assert!((b - a).cross(c - a).dot(face.normal) > 0.0, "counter-clockwise");
         }
     }
+
+    /// Turned boxes with points along their edges, which rounding puts beside them, are boxes all the same.
+    #[test]
+    fn points_of_edges_that_rounding_moves_take_no_corner() {
+        for k in 0..400 {
+            let (turn, pieces) = (0.3 + 0.01 * f64::from(k), 1 + k % 4);
+            let (sin, cos) = turn.sin_cos();
+            let steps = move || (0..=pieces).map(move |i| 0.35 * (2.0 * f64::from(i) / f64::from(pieces) - 1.0));
+            let inner = |x: f64| x.abs() < 0.349;
+            let grid = steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| DVec3::new(x, y, z))));
+            let points: Vec<DVec3> = grid
+                .filter(|p| !(inner(p.x) && inner(p.y) && inner(p.z)))
+                .map(|p| {
+                    let shift = DVec3::new(0.7, 3.3, 0.1 * f64::from(k % 7));
+                    DVec3::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y, p.z) + shift - shift
+                })
+                .collect();
+            let hull = Hull::new(&points).unwrap_or_else(|reason| panic!("turned by {turn}: {reason}"));
+            let corner = |p: &DVec3| (p.length() - 0.35 * 3.0_f64.sqrt()).abs() < 1e-9;
+            let of_face = |face: &HullFace| face.loop_.iter().filter(|&&i| corner(&hull.vertices[i as usize])).count();
+            let large = hull.faces.iter().filter(|face| of_face(face) >= 3);
+            assert_eq!(large.map(of_face).collect::<Vec<_>>(), [4; 6], "turned by {turn} in {pieces}");
+        }
+    }
 }

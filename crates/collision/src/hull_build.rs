@@ -11,6 +11,9 @@ use crate::hull::{Hull, HullFace, Lists};
 /// A point may be so far outside of its hull, relative to the size.
 const OUTSIDE: f64 = 1e-5;
 
+/// Triangles so narrow, relative to the size, have no normal.
+const SLIVER: f64 = 1e-9;
+
 /// Triangles whose corners are so close to a plane, relative to the size, are parts of one face.
 const FLAT: f64 = 1e-6;
 
@@ -54,7 +57,10 @@ impl Hull {
             return Err(format!("volume {volume:.3e} m³ at size {size:.3e} m"));
         }
         let surface = Surface::new(&vertices, &triangles);
-        let farthest = surface.farthest_outside(points, center);
+        let mut farthest = surface.farthest_outside(points, center);
+        if farthest > OUTSIDE * size {
+            farthest = surface.farthest_outside_of_all(points, center, size);
+        }
         if farthest > OUTSIDE * size {
             return Err(format!("a point is {farthest:.3e} m outside of its hull"));
         }
@@ -146,6 +152,23 @@ impl<'a> Surface<'a> {
         farthest
     }
 
+    /// The same by looking at all triangles but slivers: three corners on an edge look to whatever side rounding turns them, and a climb that
+    /// ends there says nothing.
+    fn farthest_outside_of_all(&self, points: &[DVec3], center: DVec3, size: f64) -> f64 {
+        let mut farthest = 0.0_f64;
+        for (area, t) in self.area.iter().zip(self.triangles) {
+            let [a, b, c] = t.map(|i| self.vertices[i as usize]);
+            let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+            if area.length() <= SLIVER * size * longest {
+                continue;
+            }
+            let normal = area.normalize();
+            let offset = normal.dot(a - center).max(normal.dot(b - center)).max(normal.dot(c - center));
+            farthest = points.iter().fold(farthest, |most, p| most.max(normal.dot(*p - center) - offset));
+        }
+        farthest
+    }
+
     /// One face per flat part, the largest triangle first; and the face of every triangle, if it has one.
     fn merge(&self, size: f64) -> (Vec<HullFace>, Vec<Option<u32>>) {
         let mut by_area: Vec<u32> = (0..self.triangles.len() as u32).collect();
@@ -187,7 +210,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Corners of the convex outline of a flat part, counter-clockwise (Andrew 1979), without those within `tolerance` of
-    /// the line between their neighbours.
+    /// the side between their neighbours.
     fn outline(&self, part: &[u32], normal: DVec3, tolerance: f64) -> Vec<u32> {
         if let [triangle] = part {
             return self.triangles[*triangle as usize].to_vec();
@@ -201,7 +224,8 @@ impl<'a> Surface<'a> {
             .into_iter()
             .map(|i| {
                 let p = self.vertices[i as usize];
-                (DVec2::new(u.dot(p), v.dot(p)), i)
+                // One zero alone: in the order of numbers the negative one comes first, whatever y is.
+                (DVec2::new(u.dot(p), v.dot(p)) + DVec2::ZERO, i)
             })
             .collect();
         flat.sort_by(|(p, i), (q, j)| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(i.cmp(j)));
@@ -210,8 +234,7 @@ impl<'a> Surface<'a> {
             let from = chain.len();
             for (p, i) in points {
                 while let [.., (a, _), (b, _)] = chain[from..] {
-                    let chord = p - a;
-                    if (b - a).perp_dot(chord) > tolerance * chord.length() {
+                    if (b - a).perp_dot(p - a) > 0.0 {
                         break;
                     }
                     chain.pop();
@@ -222,6 +245,19 @@ impl<'a> Surface<'a> {
         };
         run(&mut flat.iter().copied());
         run(&mut flat.iter().rev().copied());
+        // Not before: where rounding puts a point of a side outside of it, the corner behind it lies on the line of both, and counts.
+        let mut k = 0;
+        while k < chain.len() && chain.len() > 3 {
+            let n = chain.len();
+            let (from, to) = (chain[(k + n - 1) % n].0, chain[(k + 1) % n].0);
+            let (side, corner) = (to - from, chain[k].0 - from);
+            let part = corner.dot(side) / side.length_squared().max(f64::MIN_POSITIVE);
+            if corner.distance(part.clamp(0.0, 1.0) * side) <= tolerance {
+                chain.remove(k);
+            } else {
+                k += 1;
+            }
+        }
         chain.into_iter().map(|(_, i)| i).collect()
     }
 }

@@ -378,7 +378,9 @@ pub(crate) fn joint_spring(joint: &Joint, state: &State) -> AffineForce {
 /// The spring and damper of a tendon.
 pub(crate) fn tendon_spring(tendon: &Tendon, length: f64) -> AffineForce {
     let stretch = tendon.stretch(length);
-    let elasticity = if stretch == 0.0 { 0.0 } else { tendon.stiffness };
+    // A spring with one length at rest is none that is slack there, as models are where they begin.
+    let is_slack = stretch == 0.0 && tendon.rest[0] < tendon.rest[1];
+    let elasticity = if is_slack { 0.0 } else { tendon.stiffness };
     AffineForce { value: -tendon.stiffness * stretch, stiffness: 0.0, damping: tendon.damping, elasticity }
 }
 

@@ -14,8 +14,8 @@ use crate::guard;
 use crate::model::Model;
 use crate::settings::PySettings;
 
-/// Samples of a recording: qpos (n, nq), qvel (n, nv), ctrl (n − 1, nu) or none.
-type Samples<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Option<Bound<'py, PyAny>>);
+/// Samples of a recording: qpos (n, nq), qvel (n, nv), ctrl (n − 1, nu) or none, act (n, na) or none.
+type Samples<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Option<Bound<'py, PyAny>>, Option<Bound<'py, PyAny>>);
 /// Name, parameter, bounds, value and deviation known before.
 type Asked<'py> = (String, Bound<'py, PyAny>, [f64; 2], Option<[f64; 2]>);
 
@@ -135,12 +135,17 @@ pub fn identify_parameters(
     Ok(IdentifiedValues { found })
 }
 
-fn read(model: &signorini::multibody::Model, (qpos, qvel, ctrl): &Samples<'_>) -> PyResult<Recording> {
+fn read(model: &signorini::multibody::Model, (qpos, qvel, ctrl, act): &Samples<'_>) -> PyResult<Recording> {
     let (samples, nq, q) = arrays::read_matrix("qpos", qpos, [None, Some(model.nq)])?;
     let (_, nv, v) = arrays::read_matrix("qvel", qvel, [Some(samples), Some(model.nv)])?;
+    let na = model.na;
+    let activations = match act {
+        Some(act) => arrays::read_matrix("act", act, [Some(samples), Some(na)])?.2,
+        None => vec![0.0; samples * na],
+    };
     let state = |k: usize| {
         let mut state = State::at(q[k * nq..(k + 1) * nq].to_vec(), v[k * nv..(k + 1) * nv].to_vec());
-        state.activation = vec![0.0; model.na];
+        state.activation = activations[k * na..(k + 1) * na].to_vec();
         state
     };
     let recording = Recording::new((0..samples).map(state).collect());

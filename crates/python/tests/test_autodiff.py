@@ -179,6 +179,65 @@ def test_torch_says_where_there_is_no_derivative():
         qs.sum().backward()
 
 
+def test_rollouts_of_arrays_that_do_not_belong_together_are_refused():
+    """They had been cut to the shorter one without a word."""
+    torch = pytest.importorskip("torch")
+    import signorini.torch
+
+    model = signorini.Model.from_string(CART)
+    q, v, u = (torch.zeros(shape, dtype=torch.float64) for shape in ((3, 2), (3, 2), (3, 4, 1)))
+    force = torch.zeros((3, 4, 2), dtype=torch.float64)
+    qs, _ = signorini.torch.rollout(model, q, v, u, force, steps=4)
+    assert qs.shape == (3, 5, 2)
+    for told, given in {
+        r"ctrl has shape \(2, 4, 1\): it must be \(3, 4, 1\)": (q, v, u[:2]),
+        r"ctrl has shape \(4, 1\): it must be \(3, 4, 1\)": (q, v, u[0]),
+        r"qvel has shape \(2, 2\): it must be \(3, 2\)": (q, v[:2], u),
+        r"qvel has shape \(2,\)": (q, v[0], u),
+        r"qfrc_applied has shape \(3, 2, 2\): it must be \(3, 4, 2\)": (q, v, u, force[:, :2]),
+        r"ctrl has shape \(4, 2\): it must be \(4, 1\)": (q[0], v[0], force[0]),
+        "qpos has type torch.int64": (torch.zeros((3, 2), dtype=torch.int64), v, u),
+        r"qpos has shape \(1, 3, 2\)": (q[None], v[None], u[None]),
+    }.items():
+        with pytest.raises(ValueError, match=told):
+            signorini.torch.rollout(model, *given)
+    for steps, told in ((7, r"it must be \(3, 7, 1\)"), (-1, "steps is -1")):
+        with pytest.raises(ValueError, match=told):
+            signorini.torch.rollout(model, q, v, u, steps=steps)
+
+
+def test_jax_rollouts_of_arrays_that_do_not_belong_together_are_refused():
+    jax = pytest.importorskip("jax")
+    import signorini.jax
+
+    model = signorini.Model.from_string(CART)
+    q, u = np.zeros(2), np.zeros((4, 1))
+    for told, given, steps in (
+        ("qpos has type int", (np.zeros(2, int), q, u), None),
+        ("qfrc_applied has shape", (q, q, u, np.zeros((3, 2))), None),
+        ("ctrl has shape", (q, q, np.zeros((4, 2))), None),
+        ("ctrl has shape", (q, q, u), 9),
+        ("jax.vmap", (np.zeros((3, 2)), np.zeros((3, 2)), u), None),
+    ):
+        with pytest.raises(ValueError, match=told):
+            signorini.jax.rollout(model, *given, steps=steps)
+    starts = np.zeros((3, 2))
+    assert jax.vmap(lambda q: signorini.jax.rollout(model, q, np.zeros(2), u)[0])(starts).shape == (3, 5, 2)
+
+
+def test_rollouts_of_activations_are_refused():
+    """Their state has none: each step had begun with activations of zero, so that such actuators did nothing."""
+    torch = pytest.importorskip("torch")
+    import signorini.torch
+
+    filtered = CART.replace("<motor joint='slide' gear='3'/>", "<general joint='slide' dyntype='filter' dynprm='0.1'/>")
+    model = signorini.Model.from_string(filtered)
+    assert model.na == 1
+    start = torch.zeros(2, dtype=torch.float64)
+    with pytest.raises(ValueError, match="1 activations of actuators"):
+        signorini.torch.rollout(model, start, start, torch.ones((4, 1)))
+
+
 def test_jax_rollouts_have_the_gradients_of_differences():
     jax = pytest.importorskip("jax")
     import signorini.jax

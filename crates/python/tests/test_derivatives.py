@@ -136,3 +136,27 @@ def test_a_joint_at_its_limit_that_nothing_moves_is_at_a_tie():
     signorini.step(model, data)
     found = signorini.derivatives(model, data)
     assert [(margin.source, margin.index, margin.kind) for margin in found.deciding] == [("joint limit", 0, "gap")]
+
+
+def test_a_tendon_at_its_length_at_rest_is_a_spring():
+    """Where it has the one length at which it pulls nothing, as at the reference, it is stiff like the spring of a joint all the same."""
+    world = ("<mujoco><option timestep='0.01'/><worldbody><body name='cart'><joint name='rail' type='slide' axis='1 0 0' {spring}/>"
+             "<geom size='0.1' mass='2'/></body></worldbody>{tendon}</mujoco>")
+    tendon = "<tendon><fixed stiffness='500' {rest}><joint joint='rail' coef='1'/></fixed></tendon>"
+    ends = []
+    for spring, rest in (("stiffness='500'", None), ("", ""), ("", "springlength='-1'"), ("", "springlength='0'"), ("", "springlength='0 0.1'")):
+        model = signorini.Model.from_string(world.format(spring=spring, tendon="" if rest is None else tendon.format(rest=rest)))
+        data = signorini.Data(model)
+        data.qvel[0], data.qfrc_applied[0] = 1.0, 4.0
+        signorini.step(model, data)
+        slopes = signorini.derivatives(model, data)
+        ends.append((data.qvel[0], slopes.A, slopes.validity))
+    for velocity, slopes, validity in ends[1:4]:
+        assert velocity == pytest.approx(ends[0][0], rel=1e-14) and validity == "exact"
+        assert np.allclose(slopes, ends[0][1], rtol=1e-12, atol=1e-12)
+    # m (v⁺ − v) = Δt (4 N − k q − ½ k Δt (v⁺ − v)).
+    share = 500 * 0.01**2 / (2 * 2.0)
+    assert ends[0][0] == pytest.approx(1 + 0.01 * 4 / 2.0 / (1 + share), rel=1e-12)
+    assert ends[0][1][1, 0] == pytest.approx(-500 * 0.01 / 2.0 / (1 + share), rel=1e-12)
+    # At the end of a range in which it is slack the two sides differ.
+    assert ends[4][2] == "one_sided"

@@ -104,3 +104,28 @@ def test_drawn_sets_spread_as_the_gradients_say(seed):
     assert by_gradients.values == by_draws.values
     # Both errors come of twelve recordings, one of them of forty draws: each is known to some 15 %.
     assert 0.6 < by_draws.standard_errors[0] / by_gradients.standard_errors[0] < 1.6
+
+
+def test_windows_begin_with_the_recorded_activations():
+    """A cart behind a slow actuator: with activations of zero at every window it would be taken for a heavier one."""
+    xml = ("<mujoco><worldbody><body name='cart'><joint name='rail' type='slide' axis='1 0 0'/><geom size='0.1' mass='2'/></body></worldbody>"
+           "<actuator><general joint='rail' dyntype='filter' dynprm='0.2' gainprm='10'/></actuator></mujoco>")
+    model = signorini.Model.from_string(xml)
+    data = signorini.Data(model, signorini.Settings(timestep=0.01))
+    data.ctrl[:] = 1.0
+    q, v, act = [data.qpos.copy()], [data.qvel.copy()], [data.act.copy()]
+    for _ in range(60):
+        signorini.step(model, data)
+        q.append(data.qpos.copy())
+        v.append(data.qvel.copy())
+        act.append(data.act.copy())
+    recorded = {"qpos": np.array(q), "qvel": np.array(v), "ctrl": np.ones((60, 1)), "act": np.array(act)}
+    mass = signorini.Unknown(("body_mass", "cart"), bounds=(0.5, 8.0), start=3.0)
+    ask = lambda given, window: signorini.identify(model, [given], [mass], interval=0.01, window=window, tolerance=1e-10).values
+    assert ask(recorded, 5) == pytest.approx([2.0], rel=1e-5)
+    without = {name: recorded[name] for name in ("qpos", "qvel", "ctrl")}
+    assert ask(without, None) == pytest.approx([2.0], rel=1e-5)
+    with pytest.raises(ValueError, match="1 activations of actuators.* 'act'"):
+        ask(without, 5)
+    with pytest.raises(ValueError, match="act"):
+        ask({**recorded, "act": np.zeros((60, 1))}, 5)

@@ -191,3 +191,18 @@ def test_a_pickle_whose_files_have_changed_is_refused(tmp_path):
 def test_reprs_say_something(cards):
     assert "house of cards" in repr(cards) and "nv 105, 90" in repr(cards)
     assert "<table>" in cards._repr_html_() and "<script>" not in mjcf("")._repr_html_()
+
+
+def test_meshes_with_points_along_their_edges_are_taken():
+    """Three points of an edge, beside it by rounding, make triangles that look anywhere; boxes with such were refused as without volume."""
+    places = np.linspace(-0.35, 0.35, 4)
+    grid = np.stack(np.meshgrid(places, places, places), -1).reshape(-1, 3)
+    grid = grid[np.abs(grid).max(axis=1) > 0.349]
+    sin, cos = np.sin(0.3), np.cos(0.3)
+    turned = grid @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
+    for seed in range(1000):
+        points = turned + np.random.default_rng(seed).normal(scale=1e-15 if seed % 2 else 1e-16, size=grid.shape)
+        model = signorini.Model.from_string(
+            f"<mujoco><asset><mesh name='box' vertex='{' '.join(map(repr, points.ravel().tolist()))}'/></asset>"
+            "<worldbody><geom type='plane'/><body><freejoint/><geom type='mesh' mesh='box'/></body></worldbody></mujoco>")
+        signorini.Data(model)

@@ -74,3 +74,31 @@ def test_limits_lie_between_two_proofs():
     for wrong in ({"what": "tilt"}, {"what": "load"}, {"what": "tilt", "direction": (0, 0, 1)}, {"what": "load", "load": [1.0]}):
         with pytest.raises(signorini.SettingError):
             signorini.safety(model, **wrong)
+
+
+def test_mechanisms_open_their_contacts_at_every_scale():
+    """A block that overhangs tips, of centimetres and of kilometres, and neither block sinks into anything where it is shown."""
+    for scale in (0.01, 1.0, 100.0, 1000.0, 3000.0):
+        blocks = signorini.Assembly(floor=0.0, touching=1e-6 * scale)
+        places = {"lower": ((0.0, 0.0, 0.0), (0.2, 0.2, 0.3)), "upper": ((0.15, 0.05, 0.3), (0.5, 0.3, 0.6))}
+        for (name, (low, high)), density, friction in zip(places.items(), (100.0, 900.0), (1.0, 0.3)):
+            corners = [[(low, high)[k >> axis & 1][axis] * scale for axis in range(3)] for k in range(8)]
+            faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+            blocks.add(name, corners, faces, density=density, friction=friction)
+        found = blocks.stability(enumeration=0)
+        assert found.verdict == "must_move" and found.proved
+        still = (np.zeros(3), np.zeros(3))
+        motion = [found.motion.get(name, still) for name in places]
+        centres = [scale * np.mean(ends, axis=0) for ends in places.values()]
+
+        def velocity(block, point):
+            linear, angular = motion[block]
+            return linear + np.cross(angular, point - centres[block])
+
+        fastest = max(np.linalg.norm(velocity(k, scale * np.array(ends))) for k, box in enumerate(places.values()) for ends in box)
+        for point in found.points:
+            above, below = (1, 0) if point[2] > 0.1 * scale else (0, None)
+            opens = velocity(above, point) - (np.zeros(3) if below is None else velocity(below, point))
+            assert opens[2] >= -1e-6 * fastest, scale
+        weights = [density * np.prod(np.subtract(*ends[::-1])) for density, ends in zip((100.0, 900.0), places.values())]
+        assert sum(w * linear[2] for w, (linear, _) in zip(weights, motion)) < 0

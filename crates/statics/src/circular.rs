@@ -9,7 +9,7 @@ use crate::configuration::Configuration;
 use crate::family::Family;
 use crate::mechanism::BalanceProgram;
 use crate::question::SafetyQuestion;
-use crate::safety::{Safety, limit};
+use crate::safety::{Safety, farthest_limit};
 use crate::settings::StabilitySettings;
 
 /// Rounds in which the polygons are turned: the distance of the two limits is squared in each.
@@ -52,7 +52,7 @@ impl Configuration<'_> {
         let range = question.range();
         let find = |polygons: Polygons, angles: &[f64], range: [f64; 2]| {
             let family = Family { problem: polygons.of(&regular, count, angles), kind: family.kind.clone() };
-            limit(&family, range, settings)
+            farthest_limit(&family, range, settings)
         };
         let (mut inside, mut outside) =
             (find(Polygons::Inside, &angles, range), find(Polygons::Outside, &angles, range));

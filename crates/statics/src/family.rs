@@ -173,6 +173,18 @@ impl Family {
         problem
     }
 
+    /// The value at which the largest entry of what is increased is as large as that of the loads; 0 where it is no load.
+    pub fn as_large_as_loads(&self) -> f64 {
+        let Kind::Linear(change) = &self.kind else { return 0.0 };
+        let largest = |velocity: &[f64]| {
+            let mut momentum = vec![0.0; velocity.len()];
+            self.problem.mass.multiply_into(velocity, &mut momentum);
+            momentum.into_iter().fold(0.0, |most: f64, p| most.max(p.abs()))
+        };
+        let (loads, increased) = (largest(&self.problem.free_velocity), largest(change));
+        if increased > 0.0 { loads / increased } else { 0.0 }
+    }
+
     /// The value nearest to `falls` at which the loads have no power along a motion that has power there.
     pub fn powerless(&self, motion: &[f64], holds: f64, falls: f64) -> Option<f64> {
         if matches!(self.kind, Kind::Friction | Kind::Bounds(..)) {

@@ -12,11 +12,13 @@ use crate::impulses::solution_from;
 
 /// The part of the largest power that a motion keeps where it is turned to open contacts.
 const KEPT_POWER: f64 = 0.5;
+/// The residual with which a motion is shown as a collapse.
+const SHOWN: f64 = 1e-6;
 
 /// The program of a problem at rest, in units of the loads: `x = √M_kk ν_k`, then the resistance `t` of every friction unit.
 pub(crate) struct BalanceProgram<'a> {
     problem: &'a ContactProblem,
-    /// `√M_kk`.
+    /// `√M_kk`, in a unit in which no contact's normal row is longer than 1: the program's tolerances are absolute.
     root_mass: Vec<f64>,
     /// Loads `p_k / √M_kk`, in units of `size`.
     load: Vec<f64>,
@@ -46,6 +48,8 @@ impl<'a> BalanceProgram<'a> {
             let data = problem.mass.block_data(index);
             (0..block.size).for_each(|k| root_mass[block.start + k] = data[k * block.size + k].sqrt());
         }
+        let unit = longest_row(problem, &root_mass);
+        root_mass.iter_mut().for_each(|root| *root *= unit);
         let mut load = vec![0.0; nv];
         problem.mass.multiply_into(&problem.free_velocity, &mut load);
         load.iter_mut().zip(&root_mass).for_each(|(p, m)| *p /= m);
@@ -202,11 +206,12 @@ impl<'a> BalanceProgram<'a> {
         let power: f64 = self.power().map(|(k, p)| p * point.x[k]).sum();
         let own = self.judged(&point);
         let turned = if power > 0.0 { self.turned(power).map(|point| self.judged(&point)) } else { None };
-        let collapse = own.0.clone();
+        let own_motion = own.0.clone();
         let mechanism = match turned {
             Some(turned) if turned.1.residual < own.1.residual => turned,
             _ => own,
         };
+        let collapse = if shows(self.problem, &own_motion) { own_motion } else { mechanism.0.clone() };
         Some(Answer { mechanism, collapse, impulses })
     }
 
@@ -247,6 +252,22 @@ impl<'a> BalanceProgram<'a> {
         let bilateral: Vec<f64> = (0..problem.bilateral_violation.len()).map(|k| of(rows.bilateral + k)).collect();
         solution_from(problem, &lambda_n, &alpha, &bilateral, &group_alpha)
     }
+}
+
+/// The length of the longest normal row in units of these roots; 1 where there is none.
+fn longest_row(problem: &ContactProblem, root_mass: &[f64]) -> f64 {
+    let length = |i: usize| {
+        let (columns, entries) = problem.jacobian.group(i);
+        let scaled = columns.iter().zip(entries).map(|(&c, e)| e[0] / root_mass[c as usize]);
+        scaled.map(|e| e * e).sum::<f64>().sqrt()
+    };
+    let longest = (0..problem.contact_count()).map(length).fold(0.0, f64::max);
+    if longest > 0.0 && longest.is_finite() { longest } else { 1.0 }
+}
+
+/// Whether a motion is a mechanism to the eye: the program may end far from its optimum, and there bodies sink into each other.
+pub(crate) fn shows(problem: &ContactProblem, motion: &[f64]) -> bool {
+    certify_mechanism(problem, motion).residual <= SHOWN
 }
 
 /// What the program says.

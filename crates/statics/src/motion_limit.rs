@@ -7,7 +7,7 @@ use signorini_simulation::SimulationError;
 use crate::configuration::Configuration;
 use crate::family::Family;
 use crate::question::SafetyQuestion;
-use crate::safety::{Safety, limit, middle};
+use crate::safety::{Safety, farthest_limit, middle};
 use crate::search::Search;
 use crate::settings::StabilitySettings;
 use crate::verdict::decide;
@@ -46,7 +46,7 @@ impl Configuration<'_> {
     ) -> Result<MotionLimit, SimulationError> {
         let family = Family::new(self, settings, question)?;
         let [begin, end] = question.range();
-        let statics = limit(&family, [begin, end], settings);
+        let statics = farthest_limit(&family, [begin, end], settings);
         let mut found = MotionLimit { still: statics.holds, moves: statics.falls, at_moves: None, statics };
         if found.statics.holds.is_nan() || !found.take(&family, found.statics.holds, settings) {
             return Ok(found);

@@ -183,6 +183,8 @@ pub(crate) fn nearest_side(corners: &[DVec2]) -> (DVec2, f64) {
 
 /// The convex hull, counter-clockwise (A. M. Andrew, Inf. Process. Lett. 9, 1979).
 fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+    // One zero alone: in the order of numbers the negative one comes first, whatever y is.
+    points.iter_mut().for_each(|p| *p += DVec2::ZERO);
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
     if points.len() < 3 {
@@ -204,4 +206,16 @@ fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     let mut corners = chain(&mut points.iter().copied());
     corners.extend(chain(&mut points.iter().rev().copied()));
     corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_of_either_sign_are_one_number() {
+        let points = [(-0.0, 4.0), (0.0, -6.0), (0.0, 0.0), (6.0, -6.0), (6.0, 4.0), (-0.0, 1.0)];
+        let corners = hull(points.map(DVec2::from).to_vec());
+        assert_eq!(corners, [(0.0, -6.0), (6.0, -6.0), (6.0, 4.0), (0.0, 4.0)].map(DVec2::from));
+    }
 }

@@ -12,7 +12,7 @@ use crate::search::Search;
 use crate::settings::StabilitySettings;
 use crate::verdict::{Decided, decide};
 
-/// Halvings of the interval at most: from 10⁶ to the last digits.
+/// Halvings of the interval at most: from its whole range to the last digits.
 const HALVINGS: u32 = 80;
 /// Values at most at which neither proof can be had, before the limit is left at what is proved: all of them are within rounding of it.
 const UNKNOWN: usize = 6;
@@ -29,7 +29,8 @@ const NUDGE: f64 = 2e-10;
 pub struct Safety {
     /// The loads are balanced here, to [`balance_tolerance`](StabilitySettings::balance_tolerance). Where they are not even at the beginning (friction: as it is), this is no number.
     pub holds: f64,
-    /// No forces balance them here; infinite (friction: no number) where they are balanced over the whole range: 10⁶, half a turn, no friction. No number as well where
+    /// No forces balance them here; infinite (friction: no number) where they are balanced over the whole range: 10⁶, or as many times the loads where these are larger than what is increased, half a turn,
+    /// no friction. No number as well where
     /// neither could be proved.
     pub falls: f64,
     /// The problem at [`holds`](Self::holds) with its balance. The verdict says `stands`: nothing was asked about motion.
@@ -65,7 +66,7 @@ impl Configuration<'_> {
     /// # Errors
     /// As [`safety`](crate::safety()).
     pub fn safety(&self, settings: &StabilitySettings, question: &SafetyQuestion) -> Result<Safety, SimulationError> {
-        Ok(limit(&Family::new(self, settings, question)?, question.range(), settings))
+        Ok(farthest_limit(&Family::new(self, settings, question)?, question.range(), settings))
     }
 }
 
@@ -101,6 +102,14 @@ pub(crate) fn limit(family: &Family, [begin, end]: [f64; 2], settings: &Stabilit
         }
     }
     found
+}
+
+/// The same, and where it is beyond a range of loads, so many times farther as the loads are larger than what is increased: a million newtons
+/// are little to a bridge.
+pub(crate) fn farthest_limit(family: &Family, [begin, end]: [f64; 2], settings: &StabilitySettings) -> Safety {
+    let found = limit(family, [begin, end], settings);
+    let far = end * family.as_large_as_loads();
+    if found.falls == f64::INFINITY && far > end { limit(family, [begin, far], settings) } else { found }
 }
 
 /// Between two values: large ranges are halved by their exponents first.

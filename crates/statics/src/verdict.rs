@@ -8,7 +8,7 @@ use signorini_contact::{ContactProblem, ContactSolution, ProblemError};
 use crate::balance::{polished, with_idle_friction};
 use crate::enumeration::{Enumerated, enumerate};
 use crate::interior::{Forces, has_contacts_alone};
-use crate::mechanism::{BalanceProgram, Collapse};
+use crate::mechanism::{BalanceProgram, Collapse, shows};
 use crate::search::{Search, SearchRun};
 use crate::settings::StabilitySettings;
 
@@ -120,9 +120,11 @@ pub(crate) fn decide(problem: &ContactProblem, search: &mut Search, settings: &S
 fn shown(problem: &ContactProblem, mut mechanism: Collapse) -> Collapse {
     if problem.contact_count() <= SHOWN
         && let Some(answer) = BalanceProgram::new(problem).solve()
-        && answer.mechanism.1.power > 0.0
+        && shows(problem, &answer.collapse)
     {
         mechanism.collapse = answer.collapse;
+    } else if !shows(problem, &mechanism.collapse) {
+        mechanism.collapse.clone_from(&mechanism.motion);
     }
     mechanism
 }

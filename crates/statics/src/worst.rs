@@ -33,8 +33,8 @@ pub struct WorstDirection {
     pub direction: DVec3,
     /// The limit in it, with both proofs.
     pub limit: Safety,
-    /// No direction has a limit below this: the nearest side of the polygon whose corners were proved to be borne. Infinite where
-    /// everything is borne, zero where the outline is not known.
+    /// No direction has a limit below this: the nearest side of the polygon whose corners were proved to be borne. Infinite, of a tilt a
+    /// quarter turn, where everything is borne, zero where the outline is not known.
     pub at_least: f64,
     /// That polygon: directions of length 1 in world and what is borne along each, in order around. For a tilt these are shares of
     /// gravity, tangents of the angles.
@@ -82,7 +82,8 @@ impl Configuration<'_> {
         };
         let direction = in_world(direction);
         let (limit, at_least) = match load {
-            Sideload::Tilt if limit.falls.is_finite() => {
+            // Where all shares are borne the table may be turned beyond a quarter.
+            Sideload::Tilt if !limit.holds.is_nan() => {
                 (self.safety(settings, &SafetyQuestion::Tilt(direction))?, at_least.atan())
             }
             _ => (limit, at_least),

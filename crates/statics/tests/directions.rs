@@ -279,3 +279,23 @@ fn no_direction_bears_less_than_the_worst() {
         }
     }
 }
+
+/// A box in a pit whose walls are smooth bears every horizontal share of gravity; the table that is tilted drops it at a quarter turn, whichever
+/// way. An angle is the answer, and not the share up to which was looked.
+#[test]
+fn a_pit_holds_up_to_a_quarter_turn() {
+    let mut world = ModelBuilder::new("pit");
+    world.floor();
+    for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+        let wall = world.body(format!("wall {x} {y}")).at([0.35 * x, 0.35 * y, 0.2]);
+        wall.shape(cuboid([0.05 + 0.2 * f64::abs(y), 0.05 + 0.2 * f64::abs(x), 0.2], 0.0)).add().expect("a wall");
+    }
+    let body = world.body("block").at([0.0, 0.0, 0.1]).free();
+    body.solid(cuboid([0.3, 0.3, 0.1], 0.0), 2.0).add().expect("a block");
+    let mut model = world.build().expect("a model");
+    model.geoms.iter_mut().for_each(|geom| geom.friction = 0.0);
+    let worst = at_rest(&model).worst_direction(&StabilitySettings::default(), Sideload::Tilt).expect("a direction");
+    near(worst.limit.holds, PI / 2.0, 1e-8);
+    near(worst.at_least, PI / 2.0, 1e-8);
+    assert!(worst.limit.falls > PI / 2.0 && worst.limit.falls < PI / 2.0 + 1e-3, "{}", worst.limit.falls);
+}

@@ -2266,7 +2266,7 @@ class IdentifiedValues:
 
 def identify_parameters(
     model: Model,
-    recordings: Sequence[tuple[Any, Any, Any]],
+    recordings: Sequence[tuple[Any, Any, Any, Any]],
     unknowns: Sequence[tuple[str, Any, list[float], Optional[list[float]]]],
     settings: _PublicSettings,
     interval: float,

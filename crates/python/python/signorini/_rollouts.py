@@ -42,6 +42,8 @@ class Rollout:
     def __init__(self, model: Model, settings: Optional[Settings], parameters: Any, ties: str) -> None:
         if ties not in ("modes", "raise"):
             raise ValueError(f"ties is {ties!r}: it must be 'modes' or 'raise'")
+        if model.na:
+            raise ValueError(f"the model has {model.na} activations of actuators, a state that rollouts do not have")
         self.model, self.settings = model, settings if settings is not None else Settings()
         self.parameters, self.ties = list(parameters or []), ties
 
@@ -102,6 +104,37 @@ class Rollout:
             raise DerivativeError(f"step {k} has no derivative: {slopes.reason}")
         if slopes.validity == "one_sided" and self.ties == "raise":
             raise DerivativeError(f"step {k} has a derivative on each side alone: {slopes.deciding}")
+
+
+def step_count(model: Model, qpos: Any, qvel: Any, ctrl: Any, qfrc: Any, steps: Optional[int], is_floating: bool) -> int:
+    """The number of steps that arrays ask for, all of one batch or of none; those that do not belong together are refused.
+
+    Args:
+        ctrl, qfrc: ``None`` where they are not given.
+        steps: where it is said beside them, or alone.
+        is_floating: whether qpos, whose type states have, is made of floating-point numbers.
+    """
+    if not is_floating:
+        raise ValueError(f"qpos has type {qpos.dtype}: it must be a floating type, as the states have it")
+    batch = tuple(qpos.shape[:-1])
+    long = [x for x in (ctrl, qfrc) if x is not None and len(x.shape) >= 2]
+    n = steps if steps is not None else int(long[0].shape[-2]) if long else None
+    if n is None and (ctrl is not None or qfrc is not None):
+        raise ValueError("ctrl and qfrc_applied must have one row for each step")
+    if n is None:
+        raise ValueError("the number of steps is needed where there are no controls and no forces")
+    if n < 0:
+        raise ValueError(f"steps is {n}: it must be at least 0")
+    expected = {
+        "qpos": (qpos, (*batch, model.nq)),
+        "qvel": (qvel, (*batch, model.nv)),
+        "ctrl": (ctrl, (*batch, n, model.nu)),
+        "qfrc_applied": (qfrc, (*batch, n, model.nv)),
+    }
+    for name, (array, shape) in expected.items():
+        if array is not None and tuple(array.shape) != shape:
+            raise ValueError(f"{name} has shape {tuple(array.shape)}: it must be {shape}")
+    return n
 
 
 def _quaternions(model: Model) -> list[tuple[int, int]]:

@@ -145,7 +145,8 @@ def identify(
 
     Args:
         recordings: samples at equal intervals, each as (qpos, qvel) or (qpos, qvel, ctrl), or as a mapping with these names: (n, nq),
-            (n, nv), (n − 1, nu).
+            (n, nv), (n − 1, nu). A mapping may have activations of actuators as ``act``, (n, na); without, they are zero where a recording
+            begins.
         parameters: :class:`Unknown`, or what ``signorini.derivatives`` takes as a parameter.
         interval: time between two samples, s.
         substeps: steps of the simulation between them.
@@ -172,6 +173,8 @@ def identify(
     if not np.array_equal(begin, present):
         model = with_parameters(model, specs, begin)
     given = [_samples(recording) for recording in recordings]
+    if model.na and window and any(act is None for *_, act in given):
+        raise ValueError(f"the model has {model.na} activations of actuators: where windows begin within recordings, these need 'act', (n, {model.na})")
     asked = [(u.label, u.parameter, list(u.bounds), None if u.prior is None else list(u.prior)) for u in unknowns]
     told = _show if progress is True else (progress or None)
     found = identify_parameters(
@@ -208,11 +211,11 @@ def identify(
     )
 
 
-def _samples(recording: Recorded) -> tuple[Any, Any, Any]:
+def _samples(recording: Recorded) -> tuple[Any, Any, Any, Any]:
     if isinstance(recording, Mapping):
-        return recording["qpos"], recording["qvel"], recording.get("ctrl")
+        return recording["qpos"], recording["qvel"], recording.get("ctrl"), recording.get("act")
     qpos, qvel, *rest = recording
-    return qpos, qvel, rest[0] if rest else None
+    return qpos, qvel, rest[0] if rest else None, None
 
 
 def _show(iteration: int, objective: float, values: _Array) -> bool:

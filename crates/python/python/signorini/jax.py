@@ -1,7 +1,8 @@
 """Steps and rollouts as functions of JAX, with gradients that say when they do not exist (``pip install signorini[jax]``).
 
-They call the engine on the host, so that they work under ``jit`` and ``grad``; ``vmap`` makes one call after another. The engine computes in
-``float64``: without ``jax_enable_x64`` states are rounded to ``float32`` on the way.
+The state is (qpos, qvel): models whose actuators have activations are refused. The engine is called on the host, so that they work under
+``jit`` and ``grad``; ``vmap`` makes one call after another. It computes in ``float64``: without ``jax_enable_x64`` states are rounded to
+``float32`` on the way.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from signorini._rollouts import DerivativeError, Rollout
+from signorini._rollouts import DerivativeError, Rollout, step_count
 from signorini.model import Model
 from signorini.settings import Settings
 
@@ -60,12 +61,12 @@ def rollout(
     """All states of a rollout, (n + 1, nq) and (n + 1, nv), the first ones included; see ``signorini.torch.rollout``."""
     jnp = _jax().numpy
     qpos, qvel = jnp.asarray(qpos), jnp.asarray(qvel)
-    given = next((x for x in (ctrl, qfrc_applied) if x is not None), None)
-    n = steps if given is None else len(given)
-    if n is None:
-        raise ValueError("the number of steps is needed where there are no controls and no forces")
-    ctrl = jnp.zeros((n, model.nu), qpos.dtype) if ctrl is None else jnp.asarray(ctrl)
-    qfrc = jnp.zeros((n, model.nv), qpos.dtype) if qfrc_applied is None else jnp.asarray(qfrc_applied)
+    if qpos.ndim != 1:
+        raise ValueError(f"qpos has shape {qpos.shape}: it must be ({model.nq},); jax.vmap makes batches")
+    ctrl, qfrc = (x if x is None else jnp.asarray(x) for x in (ctrl, qfrc_applied))
+    n = step_count(model, qpos, qvel, ctrl, qfrc, steps, jnp.issubdtype(qpos.dtype, jnp.floating))
+    ctrl = jnp.zeros((n, model.nu), qpos.dtype) if ctrl is None else ctrl
+    qfrc = jnp.zeros((n, model.nv), qpos.dtype) if qfrc is None else qfrc
     theta = jnp.zeros(0, qpos.dtype) if theta is None else jnp.asarray(theta)
     out: tuple[Array, Array] = _function(Rollout(model, settings, parameters, ties))(qpos, qvel, ctrl, qfrc, theta)
     return out

@@ -3,8 +3,8 @@
 >>> import torch, signorini, signorini.torch                                                # doctest: +SKIP
 >>> qpos, qvel = signorini.torch.step(model, qpos, qvel, ctrl)                              # doctest: +SKIP
 
-Gradients by ``qpos`` are along unit quaternions. Double backward is not offered. Tensors of any floating type on the CPU are taken; the
-engine computes in ``float64``.
+The state is (qpos, qvel): models whose actuators have activations are refused. Gradients by ``qpos`` are along unit quaternions. Double
+backward is not offered. Tensors of any floating type on the CPU are taken; the engine computes in ``float64``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from signorini._rollouts import DerivativeError, Rollout
+from signorini._rollouts import DerivativeError, Rollout, step_count
 from signorini.model import Model
 from signorini.settings import Settings
 
@@ -77,15 +77,14 @@ def rollout(
 
     Args:
         ctrl, qfrc_applied: (n, nu), (n, nv), one for each step; zero where they are not given.
-        steps: n, where neither is given.
+        steps: n; it may be left out where one of them is given.
 
-    The others, and what is raised, are as in :func:`step`.
+    The others, and what is raised, are as in :func:`step`; a ``ValueError`` names what has another shape than that.
     """
-    given = next((x for x in (ctrl, qfrc_applied) if x is not None), None)
-    n = steps if given is None else given.shape[-2]
-    if n is None:
-        raise ValueError("the number of steps is needed where there are no controls and no forces")
-    batch = qpos.shape[:-1]
+    n = step_count(model, qpos, qvel, ctrl, qfrc_applied, steps, qpos.is_floating_point())
+    batch = tuple(qpos.shape[:-1])
+    if len(batch) > 1:
+        raise ValueError(f"qpos has shape {tuple(qpos.shape)}: it must be (nq,) or (batch, nq)")
     ctrl = qpos.new_zeros((*batch, n, model.nu)) if ctrl is None else ctrl
     qfrc = qpos.new_zeros((*batch, n, model.nv)) if qfrc_applied is None else qfrc_applied
     theta = qpos.new_zeros(0) if theta is None else theta

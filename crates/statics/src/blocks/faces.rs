@@ -136,29 +136,43 @@ fn clipped(polygon: &[DVec3], on_plane: DVec3, normal: DVec3) -> Vec<DVec3> {
 
 /// A patch from points of a plane: the corners of their hull (A. Andrew, Inf. Proc. Letters 9, 1979).
 fn patch(mut points: Vec<DVec3>, normal: DVec3, tolerance: f64) -> Option<Patch> {
-    if points.len() < 3 {
-        return None;
-    }
     let across = normal.any_orthonormal_vector();
     let along = normal.cross(across);
-    let flat = |p: &DVec3| DVec2::new(p.dot(across), p.dot(along));
+    // One zero alone: in the order of numbers the negative one comes first, whatever y is.
+    let flat = |p: &DVec3| DVec2::new(p.dot(across), p.dot(along)) + DVec2::ZERO;
     points.sort_by(|p, q| flat(p).x.total_cmp(&flat(q).x).then(flat(p).y.total_cmp(&flat(q).y)));
     let mut hull: Vec<DVec3> = Vec::new();
     for pass in 0..2 {
         let first = hull.len();
-        let turn = |a: &DVec3, b: &DVec3, c: &DVec3| {
-            let (ab, ac) = (flat(b) - flat(a), flat(c) - flat(a));
-            ab.perp_dot(ac) <= 0.1 * tolerance * ac.length()
-        };
+        let is_inside = |a: &DVec3, b: &DVec3, c: &DVec3| (flat(b) - flat(a)).perp_dot(flat(c) - flat(a)) <= 0.0;
         let ordered: Box<dyn Iterator<Item = &DVec3>> =
             if pass == 0 { Box::new(points.iter()) } else { Box::new(points.iter().rev()) };
         for p in ordered {
-            while hull.len() >= first + 2 && turn(&hull[hull.len() - 2], &hull[hull.len() - 1], p) {
+            while hull.len() >= first + 2 && is_inside(&hull[hull.len() - 2], &hull[hull.len() - 1], p) {
                 hull.pop();
             }
             hull.push(*p);
         }
         hull.pop();
     }
-    (hull.len() >= 3).then_some(Patch { corners: hull, normal })
+    let corners = without_idle(hull, 0.1 * tolerance);
+    (corners.len() >= 3).then_some(Patch { corners, normal })
+}
+
+/// The corners of a polygon less those that lie on the side between their neighbours. Beyond its ends a corner is none of the side's, as near
+/// as it may be to its line: rounding puts points of a side outside of it, and the last of them is no reason to lose the corner behind it.
+fn without_idle(mut corners: Vec<DVec3>, tolerance: f64) -> Vec<DVec3> {
+    let mut k = 0;
+    while k < corners.len() && corners.len() >= 3 {
+        let n = corners.len();
+        let (from, to) = (corners[(k + n - 1) % n], corners[(k + 1) % n]);
+        let (side, corner) = (to - from, corners[k] - from);
+        let part = corner.dot(side) / side.length_squared().max(f64::MIN_POSITIVE);
+        if corner.distance(part.clamp(0.0, 1.0) * side) <= tolerance {
+            corners.remove(k);
+        } else {
+            k += 1;
+        }
+    }
+    corners
 }
