@@ -3,6 +3,7 @@
 mod allocation;
 mod cross_check;
 mod history;
+mod invariance;
 mod moving;
 mod pairs;
 mod queries;
