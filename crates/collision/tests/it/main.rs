@@ -8,6 +8,7 @@ mod moving;
 mod pairs;
 mod queries;
 mod random;
+mod rays;
 mod scene;
 mod stacking;
 mod step;

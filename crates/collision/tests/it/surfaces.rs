@@ -248,7 +248,7 @@ fn membranes_have_hulls() {
 
 /// A solid over the faces of a tetrahedron that was split again and again, its corners at random distances from the middle: ridges, valleys and
 /// obtuse triangles.
-fn crumpled(random: &mut Random) -> Mesh {
+pub fn crumpled(random: &mut Random) -> Mesh {
     let mut vertices =
         vec![DVec3::ONE, DVec3::new(1.0, -1.0, -1.0), DVec3::new(-1.0, 1.0, -1.0), DVec3::new(-1.0, -1.0, 1.0)];
     let mut triangles = vec![[0_u32, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
