@@ -99,7 +99,7 @@ fn a_pair_is_searched_as_far_as_it_can_come_together() {
         let n = random.vector().normalize();
         let mut body_pose = [Pose::IDENTITY, Pose::from_position(random.vector()), Pose::IDENTITY];
         body_pose[2].position = body_pose[1].position + n * (small + large + gap);
-        let wanted = |k: usize| case / 2 % 16 & (1 << k) != 0;
+        let wanted = |k: usize| (case / 2 % 16) & (1 << k) != 0;
         let part = |k: usize, random: &mut Random| if wanted(k) { gap * random.unit() } else { 0.0 };
         let motion = RelativeMotion {
             linear: [0, 1].map(|_| n.any_orthonormal_vector() * 0.1 - n * part(0, &mut random)),
