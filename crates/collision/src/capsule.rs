@@ -35,15 +35,17 @@ pub(crate) fn capsules(
     let on_b = |s: f64| (u * s - offset).dot(v).clamp(-half_b, half_b);
     let on_a = |t: f64| (offset + v * t).dot(u).clamp(-half_a, half_a);
     if sine < ALONGSIDE {
+        // Where both end at one place rounding does not decide that neither does.
+        let rounding = 1e-12 * (radius_a + half_a + radius_b + half_b);
         for (k, end) in [-half_a, half_a].into_iter().enumerate() {
             let t = (u * end - offset).dot(v);
-            if t.abs() <= half_b {
+            if t.abs() <= half_b + rounding {
                 push(end, t, Feature::VertexA(k as u32));
             }
         }
         for (k, end) in [-half_b, half_b].into_iter().enumerate() {
             let s = (offset + v * end).dot(u);
-            if s.abs() < half_a * (1.0 - 1e-12) {
+            if s.abs() < half_a - rounding {
                 push(s, end, Feature::VertexB(k as u32));
             }
         }
@@ -55,8 +57,8 @@ pub(crate) fn capsules(
         let s = on_a(t);
         (s, on_b(s))
     } else {
-        let middle = 0.5 * ((offset.dot(u) - half_b).max(-half_a) + (offset.dot(u) + half_b).min(half_a));
-        let s = middle.clamp(-half_a, half_a);
+        // What they have in common has its ends already.
+        let s = on_a(0.0);
         (s, on_b(s))
     };
     push(s, t, Feature::Closest);

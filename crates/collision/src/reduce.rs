@@ -310,4 +310,29 @@ mod tests {
             assert!(outline.iter().all(|corner| point(corner.1) == corner.0));
         }
     }
+
+    /// The areas that corners cost, all of them anew after each that is left out.
+    #[test]
+    fn the_corners_that_cost_least_are_left_out() {
+        for count in 9..40 {
+            let radius = |k: usize| 1.0 + 1e-3 * (k as f64 * 2.3).sin();
+            let turn = |k: usize| std::f64::consts::TAU * (k as f64 + 0.4 * (k as f64 * 5.1).sin()) / count as f64;
+            let polygon: Vec<_> = (0..count).map(|k| (DVec2::from_angle(turn(k)) * radius(k), k)).collect();
+            let spared = count / 3;
+            let mut expected = polygon.clone();
+            while expected.len() > MOST {
+                let at = |k: usize| expected[k % expected.len()].0;
+                let cost = |k: usize| {
+                    let (before, own, after) = (at(k + expected.len() - 1), at(k), at(k + 1));
+                    (own - before).perp_dot(after - before)
+                };
+                let can_go = (0..expected.len()).filter(|&k| expected[k].1 != spared);
+                let cheapest = can_go.min_by(|&i, &j| cost(i).total_cmp(&cost(j))).unwrap();
+                expected.remove(cheapest);
+            }
+            let mut found = polygon;
+            drop_bluntest(&mut found, &mut Vec::new(), MOST, spared);
+            assert_eq!(found, expected, "of {count} corners");
+        }
+    }
 }

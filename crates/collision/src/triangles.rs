@@ -20,6 +20,14 @@ const APART: f64 = 1e-9;
 /// An overlap along the allowed axis deeper than this many times the least one belongs to another side of the body.
 const DEEPEST: f64 = 4.0;
 
+/// The least gap along an allowed axis that belongs to the contact of shapes whose largest one is `most`, m.
+///
+/// - `size`: of the smaller one, m
+pub(crate) fn lowest_allowed(most: f64, size: f64) -> f64 {
+    let inside = if most > APART * size { 0.0 } else { DEEPEST * most };
+    inside - APART * size
+}
+
 /// A triangle beside an edge and level with the face behind it, by this share of their size, slides over the edge: that face is the one
 /// it will meet, and the side of the edge no obstacle. More than rounding and less than any step that is meant.
 const FLUSH: f64 = 2e-6;
@@ -138,8 +146,8 @@ fn touch_pair(
         |n: DVec3| [a.set.allows(i, a.rotation.transpose() * n), b.set.allows(of_b.index, b.rotation.transpose() * -n)];
     let size = of_a.size.min(of_b.size);
     let Some(mut axes) = Axes::within(&of_a.corners, &of_b.corners, margin) else { return };
-    let inside = if axes.most > APART * size { 0.0 } else { DEEPEST * axes.most };
-    let Some((gap, normal)) = axes.best(FLUSH * size, inside - APART * size, allows) else { return };
+    let lowest = lowest_allowed(axes.most, size);
+    let Some((gap, normal)) = axes.best(FLUSH * size, lowest, allows) else { return };
     let from = out.len();
     let [shape_a, shape_b] = [of_a, of_b].map(|of| Convex::Triangle(of.triangle));
     let place = |set: &PlacedSet, shape, of: &Stood| {

@@ -40,7 +40,7 @@ pub(crate) fn build(
     turning.resize(nv * nv, 0.0);
     contacts::add_points(step, modes, margins, (rows, ties), turning, scratch)?;
     coordinates::add_limits(step, modes, margins, rows, turning, scratch)?;
-    coordinates::add_groups(step, modes, rows)?;
+    coordinates::add_groups(step, modes, margins, rows, turning, scratch)?;
     others::note_others(step, margins);
     equalities::add(step, margins, rows, turning, scratch)?;
     parameters::add_coordinates(step, modes, step.directions, rows);

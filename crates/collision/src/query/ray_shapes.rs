@@ -15,6 +15,12 @@ pub(super) struct Crossing {
     pub normal: DVec3,
 }
 
+/// Surfaces that meet reach beyond where they do by this part of the lengths at hand, so that no ray slips between them by rounding.
+const SEAM: f64 = 1e-12;
+
+/// A place on two triangles is outside of each by less than this part of their sides, whatever the ray.
+const BESIDE: f64 = 1e-6;
+
 /// The half-space `z ≤ 0`, from its front.
 pub(super) fn plane(o: DVec3, d: DVec3) -> Option<Crossing> {
     let distance = -o.z / d.z;
@@ -63,10 +69,11 @@ fn first(crossings: impl IntoIterator<Item = Crossing>) -> Option<Crossing> {
 /// Both roots of `a t² + 2 b t + c = 0`, without cancellation; none where they are not real, one where `a` is zero.
 fn roots(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
     let discriminant = b * b - a * c;
-    if discriminant < 0.0 || (a == 0.0 && b == 0.0) {
+    // At the apex of a cone both are one, to rounding.
+    if discriminant < -4.0 * f64::EPSILON * b * b || (a == 0.0 && b == 0.0) {
         return [None; 2];
     }
-    let q = -(b + discriminant.sqrt().copysign(b));
+    let q = -(b + discriminant.max(0.0).sqrt().copysign(b));
     let large = (a != 0.0).then(|| q / a);
     let small = if q == 0.0 { large } else { Some(c / q) };
     [large, small]
@@ -114,8 +121,14 @@ fn polyhedron(hull: &Hull, o: DVec3, d: DVec3) -> Option<Crossing> {
     slabs(hull.faces.iter().map(|face| (face.normal, face.offset)), o, d)
 }
 
+/// How far surfaces of a size reach beyond where they meet, for a ray from `o`, m.
+fn seam(size: f64, o: DVec3) -> f64 {
+    SEAM * (size + o.length())
+}
+
 /// Crossings with the mantle of the cylinder about Z whose height lies in `±half_length`.
 fn mantle(radius: f64, half_length: f64, o: DVec3, d: DVec3) -> impl Iterator<Item = Crossing> {
+    let half_length = half_length + seam(half_length, o);
     let (from, along) = (o.truncate(), d.truncate());
     let times = roots(along.length_squared(), from.dot(along), from.length_squared() - radius * radius);
     times.into_iter().flatten().filter_map(move |distance| {
@@ -129,13 +142,15 @@ fn mantle(radius: f64, half_length: f64, o: DVec3, d: DVec3) -> impl Iterator<It
 fn disc(radius: f64, z: f64, normal: DVec3, o: DVec3, d: DVec3) -> Option<Crossing> {
     let distance = (z - o.z) / d.z;
     let p = o + d * distance;
-    (d.z != 0.0 && p.x.hypot(p.y) <= radius).then_some(Crossing { distance, normal })
+    (d.z != 0.0 && p.x.hypot(p.y) <= radius + seam(radius, o)).then_some(Crossing { distance, normal })
 }
 
 fn capsule(radius: f64, half_length: f64, o: DVec3, d: DVec3) -> Option<Crossing> {
-    let caps = [half_length, -half_length]
-        .into_iter()
-        .flat_map(move |z| ball(o, d, DVec3::Z * z, radius).filter(move |c| (o.z + d.z * c.distance - z) * z >= 0.0));
+    let seam = seam(radius + half_length, o);
+    let caps = [1.0, -1.0].into_iter().flat_map(move |side| {
+        let is_cap = move |c: &Crossing| side * (o.z + d.z * c.distance) >= half_length - seam;
+        ball(o, d, DVec3::Z * (side * half_length), radius).filter(is_cap)
+    });
     first(mantle(radius, half_length, o, d).chain(caps))
 }
 
@@ -155,7 +170,7 @@ fn cone(radius: f64, half_length: f64, o: DVec3, d: DVec3) -> Option<Crossing> {
     let side = roots(a, b, c).into_iter().flatten().filter_map(|distance| {
         let p = o + d * distance;
         let normal = DVec3::new(p.x, p.y, k2 * (half_length - p.z)).try_normalize().unwrap_or(DVec3::Z);
-        (p.z.abs() <= half_length).then_some(Crossing { distance, normal })
+        (p.z.abs() <= half_length + seam(half_length, o)).then_some(Crossing { distance, normal })
     });
     first(side.chain(disc(radius, -half_length, DVec3::NEG_Z, o, d)))
 }
@@ -178,7 +193,10 @@ fn triangle([a, b, c]: [DVec3; 3], o: DVec3, d: DVec3) -> Option<Crossing> {
     let turned = from.cross(ab);
     let v = d.dot(turned) / determinant;
     let distance = ac.dot(turned) / determinant;
-    let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance >= 0.0;
+    // What is not there by far is most of what is asked for.
+    let is_near = |slack: f64| u >= -slack && v >= -slack && u + v <= 1.0 + slack;
+    let slack = || (SEAM * (1.0 + from.length() * (ab.length() + ac.length()) / determinant.abs())).min(BESIDE);
+    let inside = is_near(BESIDE) && distance >= 0.0 && is_near(slack());
     let normal = ab.cross(ac).normalize_or_zero();
     // A ray in the triangle's plane has a determinant of zero, and no number is inside then.
     inside.then_some(Crossing { distance, normal: if normal.dot(d) > 0.0 { -normal } else { normal } })

@@ -177,6 +177,40 @@ fn a_terrain_meets_what_each_of_its_parts_would_meet_alone() {
     assert!(most > 50, "the terrain should be touched, but was in at most {most} points");
 }
 
+/// Bodies that stand are searched against those that move, and not against each other; who stands changes.
+#[test]
+fn what_stands_is_searched_against_what_moves() {
+    let mut random = Random(10);
+    let mut scene = Scene::new(&shapes(&mut random));
+    let mut poses = vec![Pose::IDENTITY; COUNT + 1];
+    walk(&mut random, &mut poses, 0);
+    let (mut between, mut left) = (0, 0);
+    let mut stands = vec![false; COUNT + 1];
+    for step in 0..120 {
+        if step % 6 == 0 {
+            stands = (0..=COUNT).map(|_| step % 24 > 0 && random.unit() < 0.7).collect();
+            let bodies = &scene.bodies;
+            let is_standing = |body: BodyId| (1..=COUNT).any(|k| bodies[k] == body.index() && stands[k]);
+            scene.collider.let_stand(is_standing);
+        }
+        for (pose, _) in poses.iter_mut().zip(&stands).skip(1).filter(|(_, stands)| !**stands) {
+            pose.position += random.vector() * 0.02;
+        }
+        let found = scene.find(&poses, 0.05);
+        let experienced = std::mem::replace(&mut scene.collider, Collider::new(&scene.model).unwrap());
+        let mut expected = scene.find(&poses, 0.05);
+        scene.collider = experienced;
+        let before = expected.len();
+        // The ground moves as little as what stands.
+        let moves = |geom: GeomId| geom.index() > 0 && !stands[geom.index()];
+        expected.retain(|p| moves(p.geom_a) || moves(p.geom_b));
+        assert!(same_bits(&found, &expected), "step {step}: {} and {} points", found.len(), expected.len());
+        between += expected.iter().filter(|p| moves(p.geom_a) != moves(p.geom_b)).count();
+        left += before - expected.len();
+    }
+    assert!(between > 300 && left > 300, "{between} between, {left} left out");
+}
+
 /// Pairs that are excluded after a search touch no more, down to the last one.
 #[test]
 fn excluded_pairs_touch_no_more() {

@@ -3,10 +3,12 @@
 mod allocation;
 mod cross_check;
 mod history;
+mod invariance;
 mod moving;
 mod pairs;
 mod queries;
 mod random;
+mod rays;
 mod scene;
 mod stacking;
 mod step;

@@ -81,3 +81,48 @@ fn what_a_motion_brings_together_is_found() {
     }
     assert!(meet > 200 && spared > 200, "{meet} meet, {spared} are spared");
 }
+
+/// A small round shape beside a large one comes nearer along the line of their centres by what it moves along it, by what it is carried along it where it turns, and by
+/// what it does besides: they have a contact where that is as much as what is between them and their margins, and none otherwise.
+#[test]
+fn a_pair_is_searched_as_far_as_it_can_come_together() {
+    let mut random = Random(6);
+    let [small, large] = [0.1, 0.4];
+    let mut counts = [0; 2];
+    for case in 0..600 {
+        let round = |radius| Geometry::Ellipsoid { semi_axes: DVec3::splat(radius) };
+        let mut scene = Scene::of_moving(&[round(small), round(large)]);
+        let margins = [0.0, 0.02 * random.unit()][case % 2];
+        scene.model.geoms[case % 2].margin = margins;
+        scene.collider.take_laws(&scene.model);
+        let gap = 0.05 + 0.2 * random.unit();
+        let n = random.vector().normalize();
+        let mut body_pose = [Pose::IDENTITY, Pose::from_position(random.vector()), Pose::IDENTITY];
+        body_pose[2].position = body_pose[1].position + n * (small + large + gap);
+        let wanted = |k: usize| (case / 2 % 16) & (1 << k) != 0;
+        let part = |k: usize, random: &mut Random| if wanted(k) { gap * random.unit() } else { 0.0 };
+        let motion = RelativeMotion {
+            linear: [0, 1].map(|_| n.any_orthonormal_vector() * 0.1 - n * part(0, &mut random)),
+            angular: [0, 1].map(|_| n * 2.0 + n.any_orthonormal_vector() * (part(1, &mut random) / small)),
+            besides: Reach { linear: part(2, &mut random), angular: part(3, &mut random) / small },
+        };
+        let reach = [Reach { linear: 5.0, angular: 0.0 }; 3];
+        let mut out = Vec::new();
+        let place = body_pose[1].position;
+        let relative = |_, at: DVec3| {
+            assert!((at - place).length() < 1e-12, "the place is the centre of the smaller one");
+            motion
+        };
+        scene.collider.find_moving(&scene.model, &body_pose, (&reach, &[]), relative, &mut out);
+        let [known] = scene.collider.pair_reaches() else { panic!("one pair") };
+        assert!(known.radius >= small && known.radius < 2.0 * small);
+        let nearer = [0, 1].map(|k| {
+            let carried = motion.angular[k].cross(n).length() + motion.besides.angular;
+            carried * known.radius - motion.linear[k].dot(n) + motion.besides.linear
+        });
+        let can_touch = nearer[0].max(nearer[1]) >= gap - margins;
+        assert_eq!(!out.is_empty(), can_touch, "case {case}: {nearer:?} of {gap} less {margins}");
+        counts[usize::from(can_touch)] += 1;
+    }
+    assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
+}

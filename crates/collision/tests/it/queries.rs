@@ -222,15 +222,25 @@ fn a_mesh_is_as_far_as_its_nearest_triangle() {
 #[test]
 fn a_plane_sees_the_lowest_point() {
     let mut random = Random(7);
-    for case in 0..100 {
-        let geometry = shape(&mut random, case % CONVEX);
+    for case in 0..200 {
+        let geometry = shape(&mut random, case % (CONVEX + 2));
         let poses = [pose(&mut random, 3.0), pose(&mut random, 3.0)];
-        let found =
-            queries(&[Geometry::Plane, geometry.clone()], &poses).distance(GeomId(0), GeomId(1)).expect("a height");
+        let mut world = queries(&[Geometry::Plane, geometry.clone()], &poses);
+        let found = world.distance(GeomId(0), GeomId(1)).expect("a height");
         let up = poses[0].rotation * DVec3::Z;
-        let height = -extent(&geometry, &poses[1], -up) - up.dot(poses[0].position);
+        let reach = match case % (CONVEX + 2) {
+            ..CONVEX => extent(&geometry, &poses[1], -up),
+            _ => {
+                let corners = triangles(&geometry).into_iter().flatten();
+                corners.map(|p| -up.dot(poses[1].transform_point(p))).fold(f64::NEG_INFINITY, f64::max)
+            }
+        };
+        let height = -reach - up.dot(poses[0].position);
         assert!((found.distance - height).abs() < 1e-12 && (found.normal - up).length() < 1e-12, "case {case}");
         assert!((found.point_b - found.point_a - up * height).length() < 1e-12);
+        assert!((up.dot(found.point_a - poses[0].position)).abs() < 1e-12);
+        let back = world.distance(GeomId(1), GeomId(0)).expect("a height");
+        assert!((back.distance - height).abs() < 1e-12 && (back.point_a - found.point_b).length() < 1e-12);
     }
 }
 

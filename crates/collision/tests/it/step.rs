@@ -108,6 +108,56 @@ fn filters_and_friction_are_those_of_the_model() {
     assert_close(p[1].friction, 0.77, 0.0);
 }
 
+/// Geoms whose masks let them meet nothing meet what a pair names with them, with the margin of the pair, and nothing else.
+#[test]
+fn pairs_are_met_whatever_the_masks_say() {
+    for (a, b) in [(0, 1), (1, 0), (2, 0), (1, 2)] {
+        let mut builder = ModelBuilder::new("named");
+        for k in 0..3 {
+            let body = free_body(&mut builder, &format!("b{k}"));
+            let mut geom = Geom::new(format!("g{k}"), Geometry::Sphere { radius: 0.5 });
+            (geom.contact_type, geom.contact_affinity, geom.margin) = (0, 0, 0.01);
+            builder.add_geom(body, geom).unwrap();
+        }
+        builder.add_pair(GeomPair::new(GeomId(a), GeomId(b), 0.3).with_margin(0.2));
+        let model = builder.build().unwrap();
+        let apart = 0.15;
+        let places =
+            [at(0.0, 0.0, 0.0), at(1.0 + apart, 0.0, 0.0), at(0.5 + 0.5 * apart, 0.75_f64.sqrt() * (1.0 + apart), 0.0)];
+        let poses = [&[Pose::IDENTITY], &places[..]].concat();
+        let p = find(&model, &poses, &[Reach { linear: 1e-3, angular: 0.0 }; 4]);
+        assert_eq!(p.iter().map(|c| [c.geom_a.0, c.geom_b.0]).collect::<Vec<_>>(), [[a.min(b), a.max(b)]]);
+        assert_close(p[0].gap, apart - 0.2, 1e-12);
+    }
+}
+
+/// So many geoms that no table is kept of who may touch whom.
+#[test]
+fn filters_hold_among_many_geoms() {
+    let mut builder = ModelBuilder::new("chain");
+    let count = 1100;
+    let mut poses = vec![Pose::IDENTITY];
+    for k in 0..count {
+        let body = free_body(&mut builder, &format!("b{k}"));
+        builder.add_geom(body, Geom::new(format!("g{k}"), Geometry::Sphere { radius: 0.5 })).unwrap();
+        poses.push(at(0.9 * f64::from(k), 0.0, 0.0));
+    }
+    builder.exclude(BodyId(8), BodyId(7));
+    let model = builder.build().unwrap();
+    let mut collider = Collider::new(&model).unwrap();
+    let reach = vec![Reach::default(); poses.len()];
+    let mut expected: Vec<[u32; 2]> = (1..count as u32).map(|k| [k - 1, k]).filter(|pair| *pair != [6, 7]).collect();
+    for excluded in [None, Some([20, 21]), Some([31, 30])] {
+        if let Some([a, b]) = excluded {
+            collider.exclude([[GeomId(a), GeomId(b)]]);
+            expected.retain(|pair| *pair != [a.min(b), a.max(b)]);
+        }
+        let mut found = Vec::new();
+        collider.find(&model, &poses, &reach, &mut found);
+        assert!(found.iter().map(|p| [p.geom_a.0, p.geom_b.0]).eq(expected.iter().copied()), "{excluded:?}");
+    }
+}
+
 #[test]
 fn features_stay_while_the_same_corners_touch() {
     let cube = cuboid(0.5, 0.5, 0.5);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glamx::glam::{DQuat, DVec3};
 use signorini_multibody::model::{HeightField, Mesh};
-use signorini_multibody::{Geometry, Pose};
+use signorini_multibody::{ContactPoint, Geometry, Pose};
 
 use crate::random::{Random, convex_shapes, cuboid_mesh};
 use crate::scene::{Scene, assert_close, assert_near, assert_positions, at, contacts, cuboid, smallest_gap, turned};
@@ -41,6 +41,44 @@ fn a_box_on_flat_triangles_touches_at_its_four_corners() {
             let corners = [[-0.09, -0.37], [0.31, -0.37], [-0.09, 0.23], [0.31, 0.23]];
             assert_positions(&p, &corners.map(|[x, y]| DVec3::new(x, y, 0.5 * gap)), 1e-8);
             assert!(p.iter().all(|c| (c.gap - gap).abs() < 1e-9 && (c.normal - DVec3::Z).length() < 1e-9), "{p:?}");
+        }
+    }
+}
+
+/// Points of one flat part are reduced together, however far each of them is from it.
+#[test]
+fn a_leaning_box_on_flat_triangles_touches_where_it_touches_a_plane() {
+    let mut random = Random(24);
+    for ground in flat_grounds() {
+        for _ in 0..40 {
+            let axis = DVec3::new(random.signed(), random.signed(), 0.0).normalize();
+            let turn = DQuat::from_axis_angle(axis, 0.03 * random.unit()) * DQuat::from_rotation_z(6.0 * random.unit());
+            let shape = cuboid(0.2, 0.3, 0.1);
+            let mut pose = Pose::new(DVec3::new(0.2 * random.signed(), 0.2 * random.signed(), 0.0), turn);
+            pose.position.z = extent(&shape, &pose, -DVec3::Z) + 1e-3 * random.signed();
+            let over_plane = contacts(&Geometry::Plane, Pose::IDENTITY, &shape, pose, 0.05);
+            let places: Vec<DVec3> = over_plane.iter().map(|p| p.position).collect();
+            assert_eq!(places.len(), 4);
+            assert_positions(&contacts(&ground, Pose::IDENTITY, &shape, pose, 0.05), &places, 1e-8);
+        }
+    }
+}
+
+/// A single triangle that stands on its corner carries a box on its upper edge.
+#[test]
+fn an_upright_triangle_carries_a_box_on_its_edge() {
+    let [left, right] = [-0.3, 0.3].map(|x| DVec3::new(x, 0.0, 0.0));
+    for corners in [[left, right, DVec3::Z * -0.5], [right, DVec3::Z * -0.5, left], [DVec3::Z * -0.5, right, left]] {
+        let mesh = Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
+        let triangle = Geometry::TriangleMesh(Arc::new(mesh));
+        for (half, end) in [(0.2, 0.2), (0.5, 0.3)] {
+            for gap in [-1e-6, 0.0, 1e-4] {
+                let found =
+                    contacts(&triangle, Pose::IDENTITY, &cuboid(half, 0.2, 0.1), at(0.0, 0.05, 0.1 + gap), 1e-3);
+                let expected = [-end, end].map(|x| DVec3::new(x, 0.0, 0.5 * gap));
+                assert_positions(&found, &expected, 1e-9);
+                assert!(found.iter().all(|p| (p.normal - DVec3::Z).length() < 1e-9), "{found:?}");
+            }
         }
     }
 }
@@ -210,7 +248,7 @@ fn membranes_have_hulls() {
 
 /// A solid over the faces of a tetrahedron that was split again and again, its corners at random distances from the middle: ridges, valleys and
 /// obtuse triangles.
-fn crumpled(random: &mut Random) -> Mesh {
+pub fn crumpled(random: &mut Random) -> Mesh {
     let mut vertices =
         vec![DVec3::ONE, DVec3::new(1.0, -1.0, -1.0), DVec3::new(-1.0, 1.0, -1.0), DVec3::new(-1.0, -1.0, 1.0)];
     let mut triangles = vec![[0_u32, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
@@ -267,4 +305,61 @@ fn a_ball_touches_a_mesh_where_it_is_nearest() {
         }
     }
     assert!(checked > 4000, "{checked}");
+}
+
+/// All contacts of a ball outside a mesh, and not the deepest alone, are at corners or where no place of the mesh beside them is nearer, and there is one at every
+/// such place.
+#[test]
+fn a_ball_touches_a_mesh_wherever_it_is_nearer_than_all_around() {
+    let mut random = Random(32);
+    let radius = 0.01;
+    let (mut checked, mut several) = (0, 0);
+    for _ in 0..150 {
+        let mesh = crumpled(&mut random);
+        let corners: Vec<_> = mesh.triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize])).collect();
+        let mut scene = Scene::new(&[Geometry::TriangleMesh(Arc::new(mesh)), Geometry::Sphere { radius }]);
+        // How much nearer the triangles that hold a place come than the place does.
+        let lost = |place: DVec3, ball: DVec3| {
+            let around = corners.iter().filter(|t| from_triangle(place, **t) < 1e-9);
+            around.map(|t| (ball - place).length() - from_triangle(ball, *t)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        for _ in 0..20 {
+            let ball = random.vector().normalize() * (0.3 + random.unit());
+            if corners.iter().any(|t| is_under(ball, *t)) {
+                continue;
+            }
+            let margin = 0.5;
+            let found = scene.find(&[Pose::IDENTITY, Pose::from_position(ball)], margin);
+            for point in &found {
+                let place = point.position - point.normal * (0.5 * point.gap);
+                assert_close((ball - place).length(), point.gap + radius, 1e-9);
+                let is_corner = corners.iter().flatten().any(|corner| (*corner - place).length() < 1e-9);
+                assert!(is_corner || lost(place, ball).abs() < 1e-8, "{point:?}: {}", lost(place, ball));
+            }
+            for t in &corners {
+                let distance = from_triangle(ball, *t);
+                let place = nearest_of(ball, *t);
+                if distance < margin && lost(place, ball) < 1e-12 {
+                    let is_there = |p: &ContactPoint| (p.position - p.normal * (0.5 * p.gap) - place).length() < 1e-8;
+                    assert!(found.iter().any(is_there), "nothing at {place}: {found:?}");
+                    checked += 1;
+                }
+            }
+            several += usize::from(found.len() > 1);
+        }
+    }
+    assert!(checked > 1000 && several > 300, "{checked} {several}");
+}
+
+/// The nearest point of a triangle: under the place, or else on a side.
+fn nearest_of(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
+    let normal = (b - a).cross(c - a).normalize();
+    let below = p - normal * normal.dot(p - a);
+    let sides = [(a, b), (b, c), (c, a)];
+    if sides.iter().all(|(s, t)| (t - s).cross(p - s).dot(normal) >= 0.0) {
+        return below;
+    }
+    let on_side = |(s, t): (DVec3, DVec3)| s.lerp(t, ((p - s).dot(t - s) / (t - s).length_squared()).clamp(0.0, 1.0));
+    let nearest = sides.map(on_side).into_iter().min_by(|x, y| (*x - p).length().total_cmp(&(*y - p).length()));
+    nearest.expect("three sides")
 }

@@ -1,7 +1,7 @@
 //! Rows along coordinates: limits of joints and tendons, dry friction, servos of speed.
 
 use signorini_multibody::glam::{DMat3, DQuat, DVec3};
-use signorini_multibody::{JointKind, right_jacobian, rotation_log};
+use signorini_multibody::{JointKind, Transmission, right_jacobian, rotation_log};
 use signorini_simulation::{ContactSource, FrictionSource};
 
 use super::parameters::add_violation;
@@ -139,8 +139,29 @@ fn cone_axis_slope(step: &Step, joint: usize) -> Option<DMat3> {
     Some((DMat3::IDENTITY - along) * right_jacobian(turn).inverse() * (1.0 / angle))
 }
 
-/// Dry friction in joints and servos of speed; their rows do not change with the configuration.
-pub(super) fn add_groups(step: &Step, modes: &Modes, rows: &mut ModeRows) -> Result<(), String> {
+/// Dry friction in joints and servos of speed; rows of servos along tendons with a path turn.
+pub(super) fn add_groups(
+    step: &Step,
+    modes: &Modes,
+    margins: &mut Vec<Margin>,
+    rows: &mut ModeRows,
+    turning: &mut [f64],
+    scratch: &mut Scratch,
+) -> Result<(), String> {
+    let mut slopes = std::mem::take(&mut scratch.slopes);
+    let result = add_all_groups(step, modes, margins, rows, (&mut slopes, turning), scratch);
+    scratch.slopes = slopes;
+    result
+}
+
+fn add_all_groups(
+    step: &Step,
+    modes: &Modes,
+    margins: &mut Vec<Margin>,
+    rows: &mut ModeRows,
+    (slopes, turning): (&mut Vec<f64>, &mut [f64]),
+    scratch: &mut Scratch,
+) -> Result<(), String> {
     let problem = step.workspace.problem();
     let (groups, solution) = (&problem.friction_groups, step.solution);
     for j in 0..groups.len() {
@@ -150,19 +171,30 @@ pub(super) fn add_groups(step: &Step, modes: &Modes, rows: &mut ModeRows) -> Res
             _ => continue,
         };
         let drive = servo.map(|a| servo_drive(step, a)).transpose()?;
+        let lambda = solution.group_impulse[j][0];
+        slopes.clear();
+        slopes.resize(step.model.nv, 0.0);
+        if let Some(actuator) = servo.map(|a| &step.model.actuators[a])
+            && let Transmission::Tendon(tendon) = actuator.transmission
+        {
+            let pull = (tendon, actuator.gear, InequalitySource::FrictionGroup(j));
+            add_turning(step, pull, lambda, margins, (slopes, turning), scratch)
+                .map_err(|reason| format!("actuator '{}': {reason}", actuator.name))?;
+        }
         let (columns, entries) = groups.jacobian.group(j);
         for r in 0..modes.groups[j].count {
             let row = rows.push(InequalitySource::FrictionGroup(j));
             for (&column, entry) in columns.iter().zip(entries) {
                 (row.held[column as usize], row.impulse[column as usize]) = (entry[0], entry[0]);
             }
+            row.by_configuration.copy_from_slice(slopes);
             debug_assert_eq!((r, modes.groups[j].held[r]), (0, [0.0, 1.0, 0.0]));
             if let (Some(a), Some(slope)) = (servo, drive) {
                 row.by_control[a] = -slope;
             }
         }
         for (&column, entry) in columns.iter().zip(entries) {
-            rows.coordinate_impulse[column as usize] += solution.group_impulse[j][0] * entry[0];
+            rows.coordinate_impulse[column as usize] += lambda * entry[0];
         }
     }
     Ok(())
@@ -171,7 +203,7 @@ pub(super) fn add_groups(step: &Step, modes: &Modes, rows: &mut ModeRows) -> Res
 /// How the speed of a servo changes with its control.
 fn servo_drive(step: &Step, a: usize) -> Result<f64, String> {
     let actuator = &step.model.actuators[a];
-    if matches!(actuator.transmission, signorini_multibody::Transmission::Site { .. }) {
+    if matches!(actuator.transmission, Transmission::Site { .. }) {
         return Err(format!("actuator '{}': its row turns with a site", actuator.name));
     }
     if actuator.activation.is_some() {

@@ -20,6 +20,8 @@ pub(crate) struct Scratch {
     pub block: Option<EqualityBlock>,
     pub length: LengthRow,
     pub turns: LengthCurvature,
+    /// Of a row by the configuration, `[nv]`.
+    pub slopes: Vec<f64>,
     pub search: SearchMemory,
     pub patch: Patch,
 }

@@ -11,7 +11,7 @@ const TOLERANCE: f64 = 1e-7;
 
 /// Steps that end where they come no nearer: those of differences begin at impulses that are off by the difference, and what they
 /// leave of it would be an error of the slope.
-fn polished() -> Settings {
+pub fn polished() -> Settings {
     let mut settings = Settings::default();
     if let ContactMethod::Structured(solver) = &mut settings.method {
         solver.polish = 1e-15;
@@ -22,7 +22,19 @@ fn polished() -> Settings {
 /// Runs a model, disturbs it every few steps, and compares the products of exact derivatives with
 /// differences along random changes.
 pub fn compare(name: &str, model: Model, seeds: std::ops::Range<u64>, sizes: [f64; 3], least: usize) {
-    let mut bench = Bench::new(model, polished());
+    compare_under(polished(), name, model, seeds, sizes, least);
+}
+
+/// The same of steps with other settings.
+pub fn compare_under(
+    settings: Settings,
+    name: &str,
+    model: Model,
+    seeds: std::ops::Range<u64>,
+    sizes: [f64; 3],
+    least: usize,
+) {
+    let mut bench = Bench::new(model, settings);
     let (mut compared, mut left, mut worst) = (0, 0, 0.0_f64);
     for seed in seeds {
         let mut random = Random::new(seed);

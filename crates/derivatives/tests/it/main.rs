@@ -5,6 +5,7 @@ mod collisions;
 mod common;
 mod differences;
 mod identification;
+mod laws;
 mod linear_system;
 mod parameters;
 mod servos;

@@ -72,9 +72,14 @@ fn difference(bench: &Bench, given: (&State, &Input), direction: &Direction, h: 
 
 /// Runs a model and compares all its columns at a few disturbed states.
 pub fn compare(name: &str, model: Model, sizes: [f64; 3], steps: u32, least: usize) {
+    compare_under(Settings::default(), name, model, sizes, steps, least);
+}
+
+/// The same of steps with other settings.
+pub fn compare_under(settings: Settings, name: &str, model: Model, sizes: [f64; 3], steps: u32, least: usize) {
     let directions = ScalarParameter::all(&model).into_iter().map(|parameter| vec![(parameter, 1.0)]);
     let directions: Vec<Direction> = directions.collect();
-    let mut bench = Bench::new(model, Settings::default());
+    let mut bench = Bench::new(model, settings);
     let mut random = Random::new(7);
     let (mut state, mut input) = bench.start();
     let (mut compared, mut refused, mut left, mut worst) = (0, 0, 0, 0.0_f64);
