@@ -258,8 +258,8 @@ impl<F: Fn(usize) -> Option<[[f64; 3]; 3]>> WithSimd for Assembly<'_, F> {
 mod tests {
     use signorini_multibody::glam::{DMat3, DVec3};
     use signorini_multibody::{
-        BodyId, Inertia, Joint, JointKind, Kinematics, MassMatrix, ModelBuilder, Pose, State, forward_kinematics_into,
-        mass_matrix_into,
+        BlockDiagonal, BodyId, Inertia, Joint, JointKind, Kinematics, MassMatrix, ModelBuilder, Pose, State,
+        forward_kinematics_into, mass_matrix_into,
     };
 
     use super::*;
@@ -271,9 +271,19 @@ mod tests {
         ((k as f64 + 1.0).sin() * 43758.5453).fract()
     }
 
+    /// The mass matrix of a model where its joints are at rest.
+    fn mass_of(builder: ModelBuilder) -> BlockDiagonal {
+        let model = builder.build().unwrap();
+        let (mut kinematics, state) = (Kinematics::new(&model), State::new(&model));
+        forward_kinematics_into(&model, &state.q, &state.v, &mut kinematics);
+        let mut mass = MassMatrix::new(&model);
+        mass_matrix_into(&model, &kinematics, &mut mass);
+        mass.matrix
+    }
+
     /// A free base with two legs of three degrees of freedom, a neck of one, and on it a head of three and an arm of six; beside
     /// it a body of three.
-    fn robot_mass() -> MassMatrix {
+    fn robot_mass() -> BlockDiagonal {
         let mut builder = ModelBuilder::new("robot");
         let mut add = |name: &str, parent, joint| {
             let position = DVec3::new(0.3, 0.1, 0.2);
@@ -291,17 +301,12 @@ mod tests {
         add("hand", arm, JointKind::Ball);
         add("right leg", base, JointKind::Ball);
         add("pendulum", BodyId::WORLD, JointKind::Ball);
-        let model = builder.build().unwrap();
-        let (mut kinematics, state) = (Kinematics::new(&model), State::new(&model));
-        forward_kinematics_into(&model, &state.q, &state.v, &mut kinematics);
-        let mut mass = MassMatrix::new(&model);
-        mass_matrix_into(&model, &kinematics, &mut mass);
-        mass
+        mass_of(builder)
     }
 
     #[test]
     fn trees_are_cut_where_they_branch_and_solved() {
-        let mass = robot_mass().matrix;
+        let mass = robot_mass();
         let n = mass.dimension();
         let mut problem = ContactProblem::new(mass.clone(), vec![0.0; n], 0.01).unwrap();
         let polygon = FrictionPolygon::regular(8, 0.0).unwrap();
@@ -356,12 +361,7 @@ mod tests {
             stem = add("stem", stem);
             add("twig", stem);
         }
-        let model = builder.build().unwrap();
-        let (mut kinematics, state) = (Kinematics::new(&model), State::new(&model));
-        forward_kinematics_into(&model, &state.q, &state.v, &mut kinematics);
-        let mut mass = MassMatrix::new(&model);
-        mass_matrix_into(&model, &kinematics, &mut mass);
-        let mass = mass.matrix;
+        let mass = mass_of(builder);
         let n = mass.dimension();
         let mut problem = ContactProblem::new(mass.clone(), vec![0.0; n], 0.01).unwrap();
         for k in 0..12 {
