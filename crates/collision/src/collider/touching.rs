@@ -77,7 +77,8 @@ impl Collider {
         &self.closer.known
     }
 
-    /// The contact points of one pair of geoms, as [`find`](Self::find) has them.
+    /// The contact points of one pair of geoms, as [`find`](Self::find) has them; after [`find_moving`](Self::find_moving) within the relative motion that
+    /// this was told for the pair.
     ///
     /// - `pair`: two geoms that can touch, in any order
     ///
