@@ -11,7 +11,7 @@ use crate::hull::{Hull, HullFace, Lists};
 /// A point may be so far outside of its hull, relative to the size.
 const OUTSIDE: f64 = 1e-5;
 
-/// Triangles so narrow, relative to the size, have no normal.
+/// Triangles so narrow, relative to the size, have no normal: rounding of their corners turns it by 1e-7 and more.
 const SLIVER: f64 = 1e-9;
 
 /// Triangles whose corners are so close to a plane, relative to the size, are parts of one face.

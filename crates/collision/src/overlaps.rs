@@ -7,6 +7,7 @@
 use signorini_multibody::{BodyId, EqualityKind, GeomId, Model, Pose};
 
 use crate::collider::Collider;
+use crate::partners::pair_of;
 use crate::reach::Reach;
 
 /// Two geoms of one mechanism that lie inside each other.
@@ -39,8 +40,8 @@ impl Collider {
         let mut points = Vec::new();
         let joined = joined(model);
         let is_joined = |a: GeomId, b: GeomId| {
-            let bodies = [a, b].map(|geom| model.body_weld[model.geoms[geom.index()].body.index()]);
-            joined.binary_search(&ascending(bodies)).is_ok()
+            let [a, b] = [a, b].map(|geom| model.body_weld[model.geoms[geom.index()].body.index()]);
+            joined.binary_search(&pair_of(a.0, b.0)).is_ok()
         };
         let of_one = |a: GeomId, b: GeomId| {
             let of_world = [a, b].map(tree_of).contains(&BodyId::WORLD);
@@ -65,20 +66,17 @@ impl Collider {
 }
 
 /// The pairs of bodies that a connection or a weld joins, each by the body that it is fixed to; in order.
-fn joined(model: &Model) -> Vec<[BodyId; 2]> {
+fn joined(model: &Model) -> Vec<u64> {
     let mut joined = Vec::new();
     for equality in &model.equalities {
         if let EqualityKind::Connect { body_a, body_b, .. } | EqualityKind::Weld { body_a, body_b, .. } = equality.kind
         {
-            joined.push(ascending([body_a, body_b].map(|body| model.body_weld[body.index()])));
+            let [a, b] = [body_a, body_b].map(|body| model.body_weld[body.index()]);
+            joined.push(pair_of(a.0, b.0));
         }
     }
     joined.sort_unstable();
     joined
-}
-
-fn ascending([a, b]: [BodyId; 2]) -> [BodyId; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// For every body the child of the world that it hangs on; the world for itself.

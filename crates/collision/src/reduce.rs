@@ -36,7 +36,7 @@ impl Reducer {
     /// their outline in the contact plane (at most 8), the deepest, and those that lie below what these span and within the
     /// reach of the turn: the others cannot come to penetrate before one of the points kept does. Points closer than a billionth of `size` are one.
     pub fn outline(&mut self, touches: &mut Vec<Touch>, from: usize, margin: f64, size: f64) {
-        keep_within(touches, from, margin);
+        keep_gaps(touches, from, |gap| gap <= margin);
         if touches.len() - from < 2 {
             return;
         }
@@ -101,11 +101,11 @@ impl Reducer {
     }
 }
 
-/// Drops those of `touches[from..]` that are farther than `margin`.
-fn keep_within(touches: &mut Vec<Touch>, from: usize, margin: f64) {
+/// Drops those of `touches[from..]` whose gap is not to be kept.
+pub(crate) fn keep_gaps(touches: &mut Vec<Touch>, from: usize, is_kept: impl Fn(f64) -> bool) {
     let mut end = from;
     for i in from..touches.len() {
-        if touches[i].gap <= margin {
+        if is_kept(touches[i].gap) {
             touches[end] = touches[i];
             end += 1;
         }

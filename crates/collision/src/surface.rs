@@ -9,6 +9,7 @@ use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
 use crate::mesh::PlacedSet;
 use crate::narrow::Narrow;
+use crate::reduce::keep_gaps;
 use crate::separation::Separation;
 use crate::triangles::{Triangles, lowest_allowed};
 
@@ -137,9 +138,11 @@ fn touch_triangle(
         if gap <= margin {
             let size = scale(a, b);
             narrow.patches(a, b, &Separation { normal, gap, midpoint: None }, size, out);
-            // Below a height field all is solid.
+            // What touches a side of a body at its edge overlaps the plane of that side by as much as it is wide, and is another side's. Below a height
+            // field all is solid.
             if !set.set.solid_below {
-                drop_below(lowest_allowed(found.gap, a.size.min(b.size)), from, out);
+                let lowest = lowest_allowed(found.gap, a.size.min(b.size));
+                keep_gaps(out, from, |gap| gap >= lowest);
             }
             narrow.reducer.outline(out, from, margin, size);
         }
@@ -149,17 +152,4 @@ fn touch_triangle(
             touch.feature = Feature::OnTriangle(index);
         }
     }
-}
-
-/// Drops the contacts of `touches[from..]` that overlap by more than this gap: what touches a side of a body at its edge overlaps the plane of that side by as much as
-/// it is wide, and is another side's.
-fn drop_below(lowest: f64, from: usize, touches: &mut Vec<Touch>) {
-    let mut end = from;
-    for k in from..touches.len() {
-        if touches[k].gap >= lowest {
-            touches[end] = touches[k];
-            end += 1;
-        }
-    }
-    touches.truncate(end);
 }

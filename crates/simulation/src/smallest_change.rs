@@ -7,7 +7,8 @@ use signorini_solver::{BilateralBasis, Island, Islands, ProximalSystem};
 use crate::build::rows::MOST_DENSE_ROWS;
 
 /// By how much stiffer than the inertia that they move many rows are taken to be at first, in one of as many rounds. Each round divides what they still
-/// give way by as much, less where rows almost depend on each other.
+/// give way by as much, less where rows almost depend on each other. Chosen by reasoning: 1e6 leaves ten digits to the masses, and three rounds of it leave
+/// independent rows nothing.
 const STIFFNESS: f64 = 1e6;
 const ROUNDS: u32 = 3;
 

@@ -12,8 +12,8 @@ use crate::impulses::solution_from;
 
 /// The part of the largest power that a motion keeps where it is turned to open contacts.
 const KEPT_POWER: f64 = 0.5;
-/// The residual with which a motion is shown as a collapse.
-const SHOWN: f64 = 1e-6;
+/// The residual up to which a motion is shown as a collapse.
+const COLLAPSE_RESIDUAL: f64 = 1e-6;
 
 /// The program of a problem at rest, in units of the loads: `x = √M_kk ν_k`, then the resistance `t` of every friction unit.
 pub(crate) struct BalanceProgram<'a> {
@@ -267,7 +267,7 @@ fn longest_row(problem: &ContactProblem, root_mass: &[f64]) -> f64 {
 
 /// Whether a motion is a mechanism to the eye: the program may end far from its optimum, and there bodies sink into each other.
 pub(crate) fn shows(problem: &ContactProblem, motion: &[f64]) -> bool {
-    certify_mechanism(problem, motion).residual <= SHOWN
+    certify_mechanism(problem, motion).residual <= COLLAPSE_RESIDUAL
 }
 
 /// What the program says.

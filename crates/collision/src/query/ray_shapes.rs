@@ -15,7 +15,8 @@ pub(super) struct Crossing {
     pub normal: DVec3,
 }
 
-/// Surfaces that meet reach beyond where they do by this part of the lengths at hand, so that no ray slips between them by rounding.
+/// Surfaces that meet reach beyond where they do by this part of the lengths at hand, so that no ray slips between them by rounding, of which it is
+/// some thousand times.
 const SEAM: f64 = 1e-12;
 
 /// A place on two triangles is outside of each by less than this part of their sides, whatever the ray.

@@ -148,20 +148,6 @@ pub(super) fn add_groups(
     turning: &mut [f64],
     scratch: &mut Scratch,
 ) -> Result<(), String> {
-    let mut slopes = std::mem::take(&mut scratch.slopes);
-    let result = add_all_groups(step, modes, margins, rows, (&mut slopes, turning), scratch);
-    scratch.slopes = slopes;
-    result
-}
-
-fn add_all_groups(
-    step: &Step,
-    modes: &Modes,
-    margins: &mut Vec<Margin>,
-    rows: &mut ModeRows,
-    (slopes, turning): (&mut Vec<f64>, &mut [f64]),
-    scratch: &mut Scratch,
-) -> Result<(), String> {
     let problem = step.workspace.problem();
     let (groups, solution) = (&problem.friction_groups, step.solution);
     for j in 0..groups.len() {
@@ -172,13 +158,15 @@ fn add_all_groups(
         };
         let drive = servo.map(|a| servo_drive(step, a)).transpose()?;
         let lambda = solution.group_impulse[j][0];
+        // Also of a servo that has no row, as where its force is used up.
+        let mut slopes = std::mem::take(&mut scratch.slopes);
         slopes.clear();
         slopes.resize(step.model.nv, 0.0);
         if let Some(actuator) = servo.map(|a| &step.model.actuators[a])
             && let Transmission::Tendon(tendon) = actuator.transmission
         {
             let pull = (tendon, actuator.gear, InequalitySource::FrictionGroup(j));
-            add_turning(step, pull, lambda, margins, (slopes, turning), scratch)
+            add_turning(step, pull, lambda, margins, (&mut slopes, turning), scratch)
                 .map_err(|reason| format!("actuator '{}': {reason}", actuator.name))?;
         }
         let (columns, entries) = groups.jacobian.group(j);
@@ -187,7 +175,7 @@ fn add_all_groups(
             for (&column, entry) in columns.iter().zip(entries) {
                 (row.held[column as usize], row.impulse[column as usize]) = (entry[0], entry[0]);
             }
-            row.by_configuration.copy_from_slice(slopes);
+            row.by_configuration.copy_from_slice(&slopes);
             debug_assert_eq!((r, modes.groups[j].held[r]), (0, [0.0, 1.0, 0.0]));
             if let (Some(a), Some(slope)) = (servo, drive) {
                 row.by_control[a] = -slope;
@@ -196,6 +184,7 @@ fn add_all_groups(
         for (&column, entry) in columns.iter().zip(entries) {
             rows.coordinate_impulse[column as usize] += lambda * entry[0];
         }
+        scratch.slopes = slopes;
     }
     Ok(())
 }
