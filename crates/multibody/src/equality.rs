@@ -39,7 +39,8 @@ impl EqualityBlock {
 /// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into) at `q`
 /// - `kind`: a constraint of the model
 /// - `block`: 0, or 1 for the rotation of a weld
-/// - `out`: for points, Θ is the vector from the point of A to that of B, in world axes, m; for the rotation of a weld, the
+/// - `out`: for points, Θ is the vector from the point of A to that of B, in world axes, m, and ∇Θ its change as seen from the last body that carries
+///   both, which turns it and leaves its length; for the rotation of a weld, the
 ///   rotation vector from A's frame to B's, in world axes, rad, whose row is the relative angular velocity: a step with
 ///   `∇Θ v = −Θ/Δt` removes it exactly, whatever its size; for joints `q − q₀ − Σ a_k (q′ − q′₀)^k`, and so for the
 ///   lengths of tendons

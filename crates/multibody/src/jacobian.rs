@@ -174,13 +174,14 @@ pub fn contact_rows_into(
             *column = std::array::from_fn(|r| linear[r].dot(v) + angular[r].dot(w));
         }
     };
-    relative_rows(model, bodies, out, along, |_| [0.0; 3]);
+    relative_rows(model, bodies, out, along);
 }
 
-/// Velocity of a material point of body B less that of one of body A, world axes: the Jacobian of the vector between them.
+/// Velocity of a material point of body B relative to one of body A, in world axes, as seen from the last body that carries both: the Jacobian of the
+/// vector between them in axes that turn with that body, and now are the world's.
 ///
-/// `a`, `b`: the bodies and their points in world, m. Degrees of freedom that move both bodies have columns, which are zero
-/// only where the points coincide.
+/// `a`, `b`: the bodies and their points in world, m. Degrees of freedom that move both bodies have columns of zero: they turn the vector and leave it
+/// as long as it is. What acts along such rows has no moment, however far the points are apart.
 pub(crate) fn relative_point_rows_into(
     model: &Model,
     kinematics: &Kinematics,
@@ -194,8 +195,7 @@ pub(crate) fn relative_point_rows_into(
             *column = (point_column(model, kinematics, k, point) * sign).to_array();
         }
     };
-    let common = |k: usize| kinematics.dof_angular[k].cross(b.1 - a.1).to_array();
-    relative_rows(model, (a.0, b.0), out, along, common);
+    relative_rows(model, (a.0, b.0), out, along);
 }
 
 /// Angular velocity of body B less that of body A, world axes.
@@ -211,7 +211,7 @@ pub(crate) fn relative_angular_rows_into(
             *column = (kinematics.dof_angular[k] * sign).to_array();
         }
     };
-    relative_rows(model, (body_a, body_b), out, along, |_| [0.0; 3]);
+    relative_rows(model, (body_a, body_b), out, along);
 }
 
 /// Rows of the angular velocity of body B relative to body A along three directions, as [`contact_rows_into`] has them for
@@ -228,17 +228,16 @@ pub fn spin_rows_into(
             *column = directions.map(|d| d.dot(kinematics.dof_angular[k] * sign));
         }
     };
-    relative_rows(model, bodies, out, along, |_| [0.0; 3]);
+    relative_rows(model, bodies, out, along);
 }
 
 /// Columns on all degrees of freedom that move A or B: `along(body, −1, columns)` fills those of the own joints of a body that
-/// moves A alone, `along(body, 1, columns)` for B alone, `common(k)` is that of a degree of freedom that moves both.
+/// moves A alone, `along(body, 1, columns)` for B alone; that of a degree of freedom that moves both is zero.
 fn relative_rows(
     model: &Model,
     (body_a, body_b): (BodyId, BodyId),
     out: &mut JacobianRows,
     along: impl Fn(usize, f64, &mut [[f64; 3]]),
-    common: impl Fn(usize) -> [f64; 3],
 ) {
     let mut count = 0;
     walk_to_root(model, (body_a, body_b), |step, _| count += step.end_dof - step.first_dof);
@@ -252,7 +251,7 @@ fn relative_rows(
         out.dofs[first..end].iter_mut().zip(step.first_dof..).for_each(|(dof, k)| *dof = k);
         match side {
             Some((body, sign)) => along(body, sign, columns),
-            None => columns.iter_mut().zip(step.first_dof..).for_each(|(column, k)| *column = common(k)),
+            None => columns.fill([0.0; 3]),
         }
         end = first;
     });

@@ -74,6 +74,7 @@ mod put_in;
 mod reach;
 mod recertify;
 mod recorder;
+mod release_trials;
 mod report;
 mod rest;
 mod restitution;

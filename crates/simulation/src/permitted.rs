@@ -17,10 +17,6 @@ const NEARLY: f64 = 0.9;
 const LOWEST: f64 = 0.25;
 /// Fewer contacts than this are in no island whose factorisations are dear.
 const SMALL: usize = 64;
-/// So many rows at most are looked at one by one, whether they have to be limited at all: each is one more problem of a search, of which there are six
-/// without them.
-const FEW: usize = 8;
-
 /// Between a θ for which a solution was found and one for which none was.
 struct Bracket {
     solved: f64,
@@ -229,38 +225,29 @@ impl Workspace {
         Ok(None)
     }
 
-    /// Asks for all of the few limited rows that need not be limited beside the others, one after the other: at a dead centre a mechanism may be unable to
-    /// make one of its corrections at all, and no other one.
+    /// Asks in full for those limited rows that need not be limited beside the others: at a dead centre a mechanism may be unable to make one of its
+    /// corrections at all, and no other one. All are tried at once, then their halves, and halves of what cannot be released.
     fn release_others(&mut self, verdict: Verdict, report: &mut StepReport) -> Result<Verdict, SimulationError> {
         let theta = self.corrections.theta;
-        let mut rows = [KeptRow::Contact(0); FEW];
-        let mut count = 0;
-        for kept in self.corrections.limited_rows() {
-            if count == FEW {
-                return Ok(verdict);
-            }
-            rows[count] = kept;
-            count += 1;
-        }
-        if count < 2 || theta == 1.0 {
-            return Ok(verdict);
-        }
+        let mut trials = std::mem::take(&mut self.release_trials);
+        trials.begin(self.corrections.limited_rows(), |row| self.contradictions.needs(row));
         let (mut best, mut is_at_hand) = (verdict, true);
         self.keep_best();
-        for &row in &rows[..count] {
-            if self.contradictions.needs(row) {
-                continue;
-            }
-            self.corrections.release(row, true);
+        while theta < 1.0
+            && let Some(rows) = trials.next()
+        {
+            rows.iter().for_each(|&row| self.corrections.release(row, true));
             let verdict = self.attempt_part(theta, Patience::Short, report)?;
             is_at_hand = verdict.holds;
             if verdict.holds {
                 best = verdict;
                 self.keep_best();
             } else {
-                self.corrections.release(row, false);
+                rows.iter().for_each(|&row| self.corrections.release(row, false));
+                trials.split();
             }
         }
+        self.release_trials = trials;
         if is_at_hand { Ok(best) } else { self.take_best(theta, best, report) }
     }
 

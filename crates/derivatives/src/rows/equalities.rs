@@ -84,7 +84,7 @@ fn add_rows(
             | EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
                 let pair = Pair::new(step, [(body_a, point_a), (body_b, point_b)], &mut scratch.list);
                 let list = &scratch.list;
-                pair.point_slopes(step, axis, list, slopes);
+                pair.point_slopes(step, axis, list, part_of_dt, slopes);
                 pair.act(step, axis, lambda, list, rows, turning);
             }
         }
@@ -176,10 +176,11 @@ fn check_pace(
     Ok(())
 }
 
-/// Two bodies and a point of each, in world.
+/// Two bodies and a point of each, in world, and the last body that carries both.
 struct Pair {
     bodies: [BodyId; 2],
     points: [DVec3; 2],
+    carrier: BodyId,
 }
 
 /// Of A and of B.
@@ -192,34 +193,51 @@ impl Pair {
         movers(step.model, bodies, list);
         let place =
             |(body, point): (BodyId, DVec3)| step.workspace.kinematics().pose[body.index()].transform_point(point);
-        Self { bodies, points: ends.map(place) }
+        Self { bodies, points: ends.map(place), carrier: carrier(step, bodies) }
     }
 
-    /// Sum over the bodies that a degree of freedom moves, B's less A's.
-    fn difference(&self, mover: &Mover, of: impl Fn(usize) -> f64) -> f64 {
-        (0..2).filter(|&s| mover.of[s]).map(|s| SIGNS[s] * of(s)).sum()
+    /// The vector from the point of A to that of B.
+    fn apart(&self) -> DVec3 {
+        self.points[1] - self.points[0]
     }
 
-    /// Slopes of the relative velocity of the points along an axis of the world.
-    fn point_slopes(&self, step: &Step, axis: usize, list: &[Mover], out: &mut [f64]) {
+    /// Slopes of the relative velocity of the points along an axis of the world, as it is seen from what carries both, and of the part of the violation
+    /// that the row has none of: what carries both turns it.
+    fn point_slopes(&self, step: &Step, axis: usize, list: &[Mover], part_of_dt: f64, out: &mut [f64]) {
+        let carried = step.end.velocity(self.carrier, DVec3::ZERO).angular;
         for mover in list {
-            out[mover.dof] += self.difference(mover, |s| {
+            let relative = self.sides(mover).map(|s| {
                 let (body, point) = (self.bodies[s], self.points[s]);
                 let shift = step.end.displacement(mover.dof, point).linear;
-                let turning = step.end.velocity(body, point).angular;
-                (step.end.velocity_slope(body, mover.dof, point).linear + turning.cross(shift))[axis]
+                let turning = step.end.velocity(body, point).angular - carried;
+                (step.end.velocity_slope(body, mover.dof, point).linear + turning.cross(shift)) * SIGNS[s]
             });
+            let mut slope: DVec3 = relative.sum();
+            if mover.moves_both() {
+                let turn = step.end.displacement(mover.dof, DVec3::ZERO).angular;
+                slope -= step.end.velocity_slope(self.carrier, mover.dof, DVec3::ZERO).angular.cross(self.apart());
+                slope += part_of_dt * turn.cross(self.apart());
+            }
+            out[mover.dof] += slope[axis];
         }
     }
 
-    /// A force on B, and its opposite on A, along an axis of the world: it does not turn with them.
+    /// A force on B, its opposite on A, and on what carries both the opposite of their moment, along an axis of the world: it does not turn with them.
     fn act(&self, step: &Step, axis: usize, lambda: f64, list: &[Mover], rows: &mut ModeRows, turning: &mut [f64]) {
         let force = DVec3::AXES[axis] * lambda;
         for s in 0..2 {
             let push = Push { point: self.points[s], force, moment: DVec3::ZERO };
             push.act(step, self.bodies[s], SIGNS[s], &mut rows.wrenches);
         }
+        let couple = Push { point: self.points[0], force: DVec3::ZERO, moment: force.cross(self.apart()) };
+        couple.act(step, self.carrier, 1.0, &mut rows.wrenches);
         self.hold(step, list, turning, |own, row| row.linear.dot(own.angular.cross(force)));
+        // What moves one of the points alone changes the moment of the two forces about what moves both.
+        for (mover, other) in pairs(list).filter(|(mover, other)| other.moves_both() && !mover.moves_both()) {
+            let shift: DVec3 = self.sides(mover).map(|s| self.displacement(step, mover, s).linear * SIGNS[s]).sum();
+            let axis = self.displacement(step, other, 0).angular;
+            turning[other.dof * step.model.nv + mover.dof] -= axis.dot(shift.cross(force));
+        }
     }
 
     /// A moment on B, and its opposite on A, about an axis of the world.
@@ -241,13 +259,24 @@ impl Pair {
         turning: &mut [f64],
         power: impl Fn(SpatialVector, SpatialVector) -> f64,
     ) {
-        for (mover, other) in list.iter().flat_map(|mover| list.iter().map(move |other| (mover, other))) {
-            for s in (0..2).filter(|&s| mover.of[s] && other.of[s]) {
-                let displacement = |dof| step.end.displacement(dof, self.points[s]);
+        // What moves both is not moved by the two, as their moments are taken up by what carries both.
+        for (mover, other) in pairs(list).filter(|(mover, other)| !(mover.moves_both() && other.moves_both())) {
+            for s in self.sides(mover).filter(|&s| other.of[s]) {
                 turning[other.dof * step.model.nv + mover.dof] -=
-                    SIGNS[s] * power(displacement(mover.dof), displacement(other.dof));
+                    SIGNS[s] * power(self.displacement(step, mover, s), self.displacement(step, other, s));
             }
         }
+    }
+
+    /// The bodies that a degree of freedom moves.
+    fn sides(&self, mover: &Mover) -> impl Iterator<Item = usize> + use<> {
+        let of = mover.of;
+        (0..2).filter(move |&s| of[s])
+    }
+
+    /// Rotation and displacement of a body at its point by a degree of freedom.
+    fn displacement(&self, step: &Step, mover: &Mover, s: usize) -> SpatialVector {
+        step.end.displacement(mover.dof, self.points[s])
     }
 
     /// The rotation vector from a frame on A to one on B in world axes, and its change by a relative rotation in world axes. `frames`: in the
@@ -273,10 +302,24 @@ impl Pair {
         for mover in list {
             let turn = step.end.displacement(mover.dof, self.points[0]).angular;
             let slope = |s: usize| step.end.velocity_slope(self.bodies[s], mover.dof, self.points[s]).angular[axis];
-            out[mover.dof] += self.difference(mover, slope);
+            out[mover.dof] += self.sides(mover).map(|s| SIGNS[s] * slope(s)).sum::<f64>();
             let carried = if mover.of[0] { turn.cross(violation) } else { DVec3::ZERO };
             let relative = turn * (f64::from(mover.of[1]) - f64::from(mover.of[0]));
             out[mover.dof] += part_of_dt * (carried + by_relative * relative - relative)[axis];
         }
     }
+}
+
+/// The last body that carries two others, which may be one of them.
+fn carrier(step: &Step, [mut a, mut b]: [BodyId; 2]) -> BodyId {
+    while a != b {
+        let later = if a > b { &mut a } else { &mut b };
+        *later = step.model.bodies[later.index()].parent;
+    }
+    a
+}
+
+/// All pairs of degrees of freedom: one that moves, and one that is acted on.
+fn pairs(list: &[Mover]) -> impl Iterator<Item = (&Mover, &Mover)> {
+    list.iter().flat_map(move |mover| list.iter().map(move |other| (mover, other)))
 }

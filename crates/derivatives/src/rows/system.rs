@@ -178,6 +178,12 @@ pub(crate) struct Mover {
     pub of: [bool; 2],
 }
 
+impl Mover {
+    pub fn moves_both(&self) -> bool {
+        self.of == [true; 2]
+    }
+}
+
 /// The degrees of freedom that move either of two bodies, descending.
 pub(crate) fn movers(model: &Model, [a, b]: [BodyId; 2], out: &mut Vec<Mover>) {
     out.clear();

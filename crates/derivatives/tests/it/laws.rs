@@ -5,6 +5,7 @@ use crate::common::{Bench, model_of, random_vector};
 use crate::differences::{compare_under, polished};
 use crate::parameters;
 use signorini_derivatives::{Direction, ScalarParameter, StepDerivatives};
+use signorini_multibody::integrate_into;
 use signorini_simulation::{FrictionSource, Settings};
 use signorini_testkit::Random;
 
@@ -206,5 +207,38 @@ fn a_box_that_carries_a_weight_stands_with_impulses_inside_their_cones() {
         let off = found.iter().zip(&product).fold(0.0, |s: f64, (x, y)| s.max((x - y).abs()));
         assert!(off < 1e-9, "step {n}: {off:.1e}");
         state = next;
+    }
+}
+
+/// Two arms of a body that floats and turns hold each other at a point, or hand in hand, and are a millimetre apart: what carries both turns what they lack.
+#[test]
+fn loops_that_are_open_have_the_derivatives_of_differences() {
+    let arms = |equality: &str| {
+        format!(
+            "<mujoco><option timestep='0.01' gravity='0 0 0'/><worldbody><body name='base'><freejoint/>
+             <geom type='box' size='.1 .08 .05' mass='2' contype='0' conaffinity='0'/>
+             <body name='a' pos='.1 0 0'><joint axis='0 0 1'/><joint axis='0 1 0.3'/><geom type='capsule' fromto='0 0 0 .2 .1 0' size='.02' mass='.4'
+               contype='0' conaffinity='0'/><body name='c' pos='.2 .1 0'><joint type='ball'/><geom size='.03' pos='.02 0 .01' mass='.3'
+               contype='0' conaffinity='0'/></body></body>
+             <body name='b' pos='-.1 0 0'><joint axis='0 1 1'/><joint axis='1 0 0'/><geom type='capsule' fromto='0 0 0 .2 .2 0' size='.02' mass='.5'
+               contype='0' conaffinity='0'/></body></body></worldbody><equality>{equality}</equality></mujoco>"
+        )
+    };
+    for equality in ["<connect body1='c' body2='b' anchor='.02 .03 .01'/>", "<weld body1='b' body2='c'/>"] {
+        let mut bench = Bench::new(model_of(&arms(equality)), polished());
+        let mut random = Random::new(71);
+        let nv = bench.model.nv;
+        for n in 0..6 {
+            let (mut state, mut input) = bench.start();
+            let closed = state.q.clone();
+            integrate_into(&bench.model, &closed, &random_vector(&mut random, nv, 1e-3), 1.0, &mut state.q);
+            state.v.copy_from_slice(&random_vector(&mut random, nv, 1.0));
+            input.generalized_force.copy_from_slice(&random_vector(&mut random, nv, 0.5));
+            let next = bench.differentiate(&state, &input).expect("a step");
+            assert!(bench.is_exact(), "{:?}", bench.derivatives.validity());
+            let change = bench.random_change(&mut random);
+            let off = bench.error_along(&state, &input, &change, &next).expect("the same modes");
+            assert!(off < 1e-7, "{equality}, {n}: {off:.1e}");
+        }
     }
 }
