@@ -37,8 +37,8 @@ struct Row {
     other: f64,
     /// What it has in the last contradiction that was found, of the unit of `limited`.
     share: f64,
-    /// Whether it hangs together with that contradiction.
-    is_tied: bool,
+    /// Whether a contradiction needs its limit.
+    is_needed: bool,
 }
 
 impl Contradictions {
@@ -71,26 +71,44 @@ impl Contradictions {
         largest
     }
 
-    /// Whether the last contradiction that was found would be none without a row.
-    pub fn needs(&self, row: KeptRow) -> bool {
-        self.rows.iter().any(|own| own.row == row && own.share > SHARE)
-    }
-
-    /// Asks in full for what has nothing in common with the last contradiction that was found, by rows that move the same degrees of freedom.
-    pub fn release_others(&mut self, problem: &ContactProblem, corrections: &mut Corrections) {
-        let Self { rows, place, .. } = self;
-        // What is tied has its places taken away.
-        let mut ties = true;
-        while std::mem::take(&mut ties) {
-            for row in rows.iter_mut().filter(|row| !row.is_tied) {
-                let indices = moved_by(problem, row.row);
-                if row.share > SHARE || indices.iter().any(|&k| place[k as usize].is_none()) {
-                    (row.is_tied, ties) = (true, true);
-                    indices.iter().for_each(|&k| place[k as usize] = None);
-                }
+    /// Limits no more of the limited rows than contradictions need that all rows would have in full: one contradiction after the other, until none is
+    /// found. Whether that releases any row.
+    pub fn release_all_but_needed(&mut self, problem: &ContactProblem, corrections: &mut Corrections) -> bool {
+        self.gather(problem, corrections);
+        if self.moved.len() > MOST {
+            return false;
+        }
+        self.rows.iter_mut().for_each(|row| row.other += row.limited);
+        loop {
+            self.ask(0.0, problem);
+            self.alternative.find();
+            if self.alternative.missed() > PROVEN {
+                break;
+            }
+            self.find_shares();
+            let is_new = |row: &&mut Row| !row.is_needed && row.share > SHARE;
+            let mut any = false;
+            for row in self.rows.iter_mut().filter(is_new) {
+                (row.is_needed, any) = (true, true);
+                row.other -= (1.0 - corrections.theta) * row.limited;
+            }
+            if !any {
+                return false;
             }
         }
-        rows.iter().filter(|row| !row.is_tied).for_each(|row| corrections.release(row.row, true));
+        self.released().for_each(|row| corrections.release(row, true));
+        self.released().next().is_some()
+    }
+
+    /// Limits what was released.
+    pub fn limit_again(&self, corrections: &mut Corrections) {
+        self.released().for_each(|row| corrections.release(row, false));
+    }
+
+    /// The limited rows that no contradiction needs. A constraint is there with both signs.
+    fn released(&self) -> impl Iterator<Item = KeptRow> + '_ {
+        let is_needed = |row: KeptRow| self.rows.iter().any(|own| own.row == row && own.is_needed);
+        self.rows.iter().filter(|own| own.limited != 0.0).map(|own| own.row).filter(move |row| !is_needed(*row))
     }
 
     /// Collects the limited rows, those that hang together with them, and the degrees of freedom that they move.
@@ -125,7 +143,7 @@ impl Contradictions {
         let asked = corrections.asked(row);
         let is_correction = asked < 0.0 || matches!(row, KeptRow::Bilateral(_));
         let (limited, other) = if is_correction && corrections.limits(row) { (asked, 0.0) } else { (0.0, asked) };
-        self.rows.push(Row { row, sign, limited, other, share: 0.0, is_tied: false });
+        self.rows.push(Row { row, sign, limited, other, share: 0.0, is_needed: false });
         for &k in indices {
             let place = &mut self.place[k as usize];
             if place.is_none() {
@@ -151,15 +169,23 @@ impl Contradictions {
 
     /// The part of the limited corrections that the contradiction that was found leaves.
     fn part_left(&mut self) -> f64 {
-        let (mut limited, mut other, mut most) = (0.0, 0.0, 0.0f64);
-        for (row, multiplier) in self.rows.iter_mut().zip(self.alternative.coefficients()) {
+        self.find_shares();
+        let (mut limited, mut other) = (0.0, 0.0);
+        for (row, multiplier) in self.rows.iter().zip(self.alternative.coefficients()) {
             limited -= multiplier * row.sign * row.limited;
             other += multiplier * row.sign * row.other;
+        }
+        if other > SHARE * limited { other / limited } else { 0.0 }
+    }
+
+    /// Writes what every row has in the contradiction that was found, relative to the largest.
+    fn find_shares(&mut self) {
+        let mut most = f64::MIN_POSITIVE;
+        for (row, multiplier) in self.rows.iter_mut().zip(self.alternative.coefficients()) {
             row.share = multiplier * row.limited.abs();
             most = most.max(row.share);
         }
-        self.rows.iter_mut().for_each(|row| row.share /= most.max(f64::MIN_POSITIVE));
-        if other > SHARE * limited { other / limited } else { 0.0 }
+        self.rows.iter_mut().for_each(|row| row.share /= most);
     }
 }
 
@@ -231,15 +257,18 @@ mod tests {
     #[test]
     fn what_presses_from_both_sides_is_permitted_what_there_is_room_for() {
         let pair = |left: f64, right: f64| {
-            let (problem, corrections) = limited(&[([1.0, 0.0], left), ([-1.0, 0.0], right), ([0.0, 1.0], -0.3)]);
+            let (problem, mut corrections) = limited(&[([1.0, 0.0], left), ([-1.0, 0.0], right), ([0.0, 1.0], -0.3)]);
             let mut contradictions = Contradictions::default();
             let largest = contradictions.largest_part(&problem, &corrections);
-            (largest, contradictions.needs(KeptRow::Contact(0)), contradictions.needs(KeptRow::Contact(2)))
+            corrections.theta = largest;
+            contradictions.release_all_but_needed(&problem, &mut corrections);
+            (largest, corrections.limited_rows().collect::<Vec<_>>())
         };
-        assert_eq!(pair(-0.1, -0.2), (0.0, true, false));
-        let (largest, needs, _) = pair(-0.1, 0.025);
-        assert!((largest - 0.25).abs() < 1e-12 && needs, "{largest}");
-        assert_eq!(pair(-0.1, 0.2), (1.0, false, false));
+        let [first, second] = [0, 1].map(KeptRow::Contact);
+        assert_eq!(pair(-0.1, -0.2), (0.0, vec![first, second]));
+        let (largest, limited) = pair(-0.1, 0.025);
+        assert!((largest - 0.25).abs() < 1e-12 && limited == [first], "{largest} {limited:?}");
+        assert_eq!(pair(-0.1, 0.2), (1.0, vec![]));
     }
 
     #[test]
@@ -286,7 +315,8 @@ mod tests {
         corrections.limit(|_| true, |_| true);
         let mut contradictions = Contradictions::default();
         assert_eq!(contradictions.largest_part(&problem, &corrections), 0.0);
-        contradictions.release_others(&problem, &mut corrections);
+        corrections.theta = 0.0;
+        contradictions.release_all_but_needed(&problem, &mut corrections);
         let limited: Vec<KeptRow> = corrections.limited_rows().collect();
         assert_eq!(limited, [KeptRow::Contact(0), KeptRow::Contact(1)]);
     }

@@ -152,6 +152,7 @@ impl Corrections {
     }
 
     /// The rows that θ applies to.
+    #[cfg(test)]
     pub fn limited_rows(&self) -> impl Iterator<Item = KeptRow> + '_ {
         self.limited().map(|(row, _)| row)
     }

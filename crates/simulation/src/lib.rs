@@ -74,7 +74,6 @@ mod put_in;
 mod reach;
 mod recertify;
 mod recorder;
-mod release_trials;
 mod report;
 mod rest;
 mod restitution;

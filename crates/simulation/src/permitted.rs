@@ -133,7 +133,8 @@ impl Workspace {
         let Self { withheld, builder, corrections, .. } = self;
         if corrections.limit(|i| withheld.has_contact(&builder.keys[i]), |k| withheld.has_row(k)) {
             if self.largest_part() <= expected {
-                self.contradictions.release_others(&self.builder.problem, &mut self.corrections);
+                self.corrections.theta = expected;
+                self.contradictions.release_all_but_needed(&self.builder.problem, &mut self.corrections);
                 let verdict = self.attempt_part(expected, Patience::Short, report)?;
                 if verdict.holds {
                     self.withheld.take_proof();
@@ -225,30 +226,24 @@ impl Workspace {
         Ok(None)
     }
 
-    /// Asks in full for those limited rows that need not be limited beside the others: at a dead centre a mechanism may be unable to make one of its
-    /// corrections at all, and no other one. All are tried at once, then their halves, and halves of what cannot be released.
+    /// Asks in full for those limited rows that no contradiction needs: at a dead centre a mechanism may be unable to make one of its corrections at all,
+    /// and no other one.
     fn release_others(&mut self, verdict: Verdict, report: &mut StepReport) -> Result<Verdict, SimulationError> {
         let theta = self.corrections.theta;
-        let mut trials = std::mem::take(&mut self.release_trials);
-        trials.begin(self.corrections.limited_rows(), |row| self.contradictions.needs(row));
-        let (mut best, mut is_at_hand) = (verdict, true);
-        self.keep_best();
-        while theta < 1.0
-            && let Some(rows) = trials.next()
-        {
-            rows.iter().for_each(|&row| self.corrections.release(row, true));
-            let verdict = self.attempt_part(theta, Patience::Short, report)?;
-            is_at_hand = verdict.holds;
-            if verdict.holds {
-                best = verdict;
-                self.keep_best();
-            } else {
-                rows.iter().for_each(|&row| self.corrections.release(row, false));
-                trials.split();
-            }
+        if theta == 1.0 {
+            return Ok(verdict);
         }
-        self.release_trials = trials;
-        if is_at_hand { Ok(best) } else { self.take_best(theta, best, report) }
+        let Self { contradictions, builder, corrections, .. } = self;
+        if !contradictions.release_all_but_needed(&builder.problem, corrections) {
+            return Ok(verdict);
+        }
+        self.keep_best();
+        let others = self.attempt_part(theta, Patience::Short, report)?;
+        if others.holds {
+            return Ok(others);
+        }
+        self.contradictions.limit_again(&mut self.corrections);
+        self.take_best(theta, verdict, report)
     }
 
     /// Takes note of what the step was not permitted.

@@ -22,7 +22,6 @@ use crate::moving::Moving;
 use crate::overlaps;
 use crate::put_in::PutIn;
 use crate::reach::BodyReach;
-use crate::release_trials::ReleaseTrials;
 use crate::rest::FixedPoint;
 use crate::settings::Settings;
 use crate::sleepers::{RowsView, Sleepers};
@@ -45,7 +44,6 @@ pub struct Workspace {
     pub(crate) decompression: Decompression,
     pub(crate) corrections: Corrections,
     pub(crate) contradictions: Contradictions,
-    pub(crate) release_trials: ReleaseTrials,
     pub(crate) put_in: PutIn,
     /// The solution with the largest θ so far, while it is looked for.
     pub(crate) best: ContactSolution,
@@ -126,7 +124,6 @@ impl Workspace {
             },
             corrections: Corrections::default(),
             contradictions: Contradictions::default(),
-            release_trials: ReleaseTrials::default(),
             put_in: PutIn::default(),
             best: ContactSolution::default(),
             moving: Moving::of(model),
