@@ -305,16 +305,18 @@ impl ContactSolver {
         false
     }
 
-    /// Looks at the islands that lack something without what they began with: impulses that balance each other, as those of a jam that is over, can be
+    /// Looks at the islands that lack something, at all where none tells what the certificate lacks, without what they began with: impulses that balance each other, as those of a jam that is over, can be
     /// larger than any that this problem asks for, and their last digits more than its tolerance. Keeps what certifies better; whether the certificate
     /// holds.
     fn look_without_start(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
         if !self.verdict.is_out_of_digits(solution) {
             return false;
         }
+        let lacks = |residual: f64| residual > self.settings.accept() || residual.is_nan();
+        let any_lacks = self.residuals.iter().any(|residual| lacks(*residual));
         let accept = self.settings.accept();
         self.improve(problem, solution, |solver, solution| {
-            solver.run_cascade(problem, Look::Only, false, |_, residual| residual > accept, solution);
+            solver.run_cascade(problem, Look::Only, false, |_, residual| !any_lacks || residual > accept, solution);
         });
         self.verdict.is_certified(solution)
     }
