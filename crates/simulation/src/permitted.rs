@@ -17,6 +17,7 @@ const NEARLY: f64 = 0.9;
 const LOWEST: f64 = 0.25;
 /// Fewer contacts than this are in no island whose factorisations are dear.
 const SMALL: usize = 64;
+
 /// Between a θ for which a solution was found and one for which none was.
 struct Bracket {
     solved: f64,
@@ -230,7 +231,7 @@ impl Workspace {
     /// and no other one.
     fn release_others(&mut self, verdict: Verdict, report: &mut StepReport) -> Result<Verdict, SimulationError> {
         let theta = self.corrections.theta;
-        if theta == 1.0 {
+        if theta == 1.0 || self.is_driven() {
             return Ok(verdict);
         }
         let Self { contradictions, builder, corrections, .. } = self;

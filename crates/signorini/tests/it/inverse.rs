@@ -112,6 +112,24 @@ fn without_contact_it_is_inverse_dynamics() {
     assert!(largest_difference(&back, &acceleration) < 1e-9, "{back:?}");
 }
 
+/// A joint outside its range that is driven the wrong way keeps what it lacks, and so does the one beside it that it carries.
+#[test]
+fn what_is_driven_out_of_its_range_moves_as_prescribed() {
+    let text = "<mujoco><option timestep='0.002'/><compiler angle='radian'/>
+        <default><geom type='capsule' size='.05' contype='0' conaffinity='0'/></default><worldbody>
+        <body><joint axis='0 0 1' range='0.2 1'/><geom fromto='0 0 0 .5 0 0'/>
+        <body pos='.5 0 0'><joint axis='0 0 1' range='0.3 1'/><geom fromto='0 0 0 .5 0 0'/></body></body></worldbody></mujoco>";
+    let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
+    let (settings, state) = (Settings::default(), State::new(&model));
+    let mut workspace = Workspace::new(&model, &settings).unwrap();
+    let mut motion = InverseMotion::new(&model);
+    let driven = [DrivenVelocity { dof: 0, velocity: 0.0 }];
+    let report =
+        inverse_step(&model, &state, &Input::default(), &settings, &driven, &mut workspace, &mut motion).unwrap();
+    assert!(report.certificate.holds(1e-9) && report.theta == 0.0 && !report.kept.is_empty(), "{report:?}");
+    assert!(motion.next.v[0].abs() < 1e-12, "{:?}", motion.next.v);
+}
+
 /// Held at rest in every joint, a quadruped's feet carry its weight, and the torso stays.
 #[test]
 fn a_standing_robot_is_carried_by_its_feet() {
