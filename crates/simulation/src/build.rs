@@ -14,7 +14,7 @@ use signorini_multibody::{ContactPoint, Input, Kinematics, Model, State};
 use crate::settings::RestitutionLaw;
 use crate::warm::group_key;
 
-pub(crate) use builder::{Impact, ProblemBuilder};
+pub(crate) use builder::{Impact, ProblemBuilder, is_impact};
 pub use level::Level;
 use level::{level, take_back};
 

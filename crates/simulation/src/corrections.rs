@@ -7,7 +7,7 @@
 
 use signorini_contact::{ContactProblem, ContactSolution};
 
-use crate::build::Impact;
+use crate::build::{Impact, is_impact};
 use crate::report::{Kept, KeptRow};
 
 /// What a step is asked to correct, and the part of it that the problem at hand has.
@@ -70,9 +70,9 @@ impl Corrections {
         self.limited().next().is_some()
     }
 
-    /// Limits all, because their energy is bounded.
-    pub fn limit_all(&mut self) {
-        self.limit(|_| true, |_| true);
+    /// Limits all, because their energy is bounded; the rebound of an impact is no correction.
+    pub fn limit_all(&mut self, impacts: &[Impact]) {
+        self.limit(|i| !is_impact(impacts, i), |_| true);
         self.by_energy = true;
     }
 
@@ -179,8 +179,7 @@ pub(crate) fn energy(
 ) -> f64 {
     let mut sum = 0.0;
     for (i, (phi, lambda)) in problem.gap.iter().zip(&solution.lambda_n).enumerate() {
-        // The rebound of an impact is no correction.
-        if *phi < 0.0 && *lambda > 0.0 && !impacts.iter().any(|impact| impact.contact == i) {
+        if *phi < 0.0 && *lambda > 0.0 && !is_impact(impacts, i) {
             sum -= lambda * phi;
         }
     }

@@ -9,6 +9,7 @@ use signorini_multibody::Model;
 use signorini_solver::Patience;
 
 use crate::SimulationError;
+use crate::build::is_impact;
 use crate::corrections::energy;
 use crate::put_in::PutIn;
 use crate::report::StepReport;
@@ -51,7 +52,7 @@ impl Workspace {
         if work <= energy_of(self.moving.least()) {
             return Ok(verdict);
         }
-        self.moving.reach(&self.builder.problem, &self.solution);
+        self.moving.reach(&self.builder.problem, &self.solution, &self.builder.impacts);
         let mut bound = energy_of(self.moving.reached());
         if work <= bound {
             return Ok(verdict);
@@ -67,7 +68,7 @@ impl Workspace {
                 return Ok(verdict);
             }
             self.warm.keep(&self.builder.keys, &self.builder.group_keys, &self.solution);
-            self.corrections.limit_all();
+            self.corrections.limit_all(&self.builder.impacts);
             verdict = self.attempt_part(self.corrections.theta * part.min(AIM), Patience::Full, report)?;
             if !verdict.holds {
                 break;
@@ -136,7 +137,8 @@ impl Workspace {
         for i in (0..problem.contact_count()).filter(|&i| solution.lambda_n[i] > 0.0) {
             let (columns, entries) = problem.jacobian.group(i);
             rows.push(columns.iter().zip(entries).map(|(column, entry)| (*column, [entry[0]])));
-            rates.push(problem.gap[i].min(0.0) / problem.timestep);
+            let asked = if is_impact(&builder.impacts, i) { 0.0 } else { problem.gap[i].min(0.0) };
+            rates.push(asked / problem.timestep);
         }
         smallest.find((rows, rates), (&problem.mass, &problem.mass_factor), change);
     }

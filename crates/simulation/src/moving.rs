@@ -3,6 +3,8 @@
 use signorini_contact::{ContactProblem, ContactSolution};
 use signorini_multibody::{BlockDiagonal, BodyId, JointKind, Model, MovingBodies};
 
+use crate::build::{Impact, is_impact};
+
 /// What corrections can set in motion, by blocks of the mass matrix, which are the model's trees.
 pub(crate) struct Moving {
     pub bodies: MovingBodies,
@@ -37,7 +39,7 @@ impl Moving {
 
     /// Finds the trees that the corrections of a solution move: those that have some, and what is moved with them by constraints and by contacts that
     /// push.
-    pub fn reach(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
+    pub fn reach(&mut self, problem: &ContactProblem, solution: &ContactSolution, impacts: &[Impact]) {
         let Self { is_reached, .. } = self;
         is_reached.fill(false);
         let pushes = |i: &usize| solution.lambda_n[*i] > 0.0;
@@ -48,7 +50,7 @@ impl Moving {
         for k in constraints.clone().filter(|k| problem.bilateral_violation[*k] != 0.0) {
             problem.mass.blocks_touched(of_constraint(k)).for_each(|(tree, _)| is_reached[tree] = true);
         }
-        for i in contacts.clone().filter(|i| problem.gap[*i] < 0.0) {
+        for i in contacts.clone().filter(|i| problem.gap[*i] < 0.0 && !is_impact(impacts, *i)) {
             problem.mass.blocks_touched(of_contact(i)).for_each(|(tree, _)| is_reached[tree] = true);
         }
         let mut spreads = true;

@@ -148,4 +148,19 @@ mod tests {
         bent[4].normal = DVec3::X;
         assert_eq!(limited(&bent, 8, |_| false), 20);
     }
+    #[test]
+    fn pairs_are_limited_each_by_itself() {
+        let of = |pair: u32, count: usize| {
+            let mut points = ring(count);
+            points.iter_mut().for_each(|point| (point.geom_a, point.geom_b) = (GeomId(pair), GeomId(pair + 7)));
+            points
+        };
+        let pairs = [of(0, 20), of(1, 5), of(2, 33), of(3, 12)];
+        let kept = |points: &[ContactPoint]| {
+            let mut chosen = vec![true; points.len()];
+            Patches::default().limit(points, &mut chosen, 8, |_| false);
+            chosen
+        };
+        assert_eq!(kept(&pairs.concat()), pairs.each_ref().map(|pair| kept(pair)).concat());
+    }
 }

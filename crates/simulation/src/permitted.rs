@@ -205,7 +205,7 @@ impl Workspace {
     fn repeat_permitted(&mut self, report: &mut StepReport) -> Result<Option<Verdict>, SimulationError> {
         let Self { withheld, builder, corrections, .. } = self;
         if withheld.is_by_energy() {
-            corrections.limit_all();
+            corrections.limit_all(&builder.impacts);
         }
         if corrections.limit(|i| withheld.has_contact(&builder.keys[i]), |k| withheld.has_row(k)) {
             let patience = if self.withheld.is_by_energy() { Patience::Full } else { Patience::Short };

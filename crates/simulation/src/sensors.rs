@@ -306,3 +306,71 @@ fn cylinder(p: DVec3, d: DVec3, radius: f64, half_length: f64) -> Inside {
     let flat = |x: DVec3| DVec3::new(x.x, x.y, 0.0);
     both(quadratic(flat(p), flat(d), radius), slab(p.z, d.z, half_length))
 }
+
+#[cfg(test)]
+mod tests {
+    use signorini_multibody::Site;
+    use signorini_multibody::glam::DQuat;
+
+    use super::*;
+
+    /// How far a point is outside of a zone about the origin, in some measure that is convex in the point; negative inside.
+    fn outside(zone: &Geometry, p: DVec3) -> f64 {
+        match *zone {
+            Geometry::Sphere { radius } => p.length() - radius,
+            Geometry::Ellipsoid { semi_axes } => (p / semi_axes).length() - 1.0,
+            Geometry::Box { half_extents } => (p.abs() - half_extents).max_element(),
+            Geometry::Cylinder { radius, half_length } => (p.x.hypot(p.y) - radius).max(p.z.abs() - half_length),
+            Geometry::Capsule { radius, half_length } => {
+                (p - DVec3::Z * p.z.clamp(-half_length, half_length)).length() - radius
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// The least along a ray, by dividing it in three.
+    fn least_along(f: impl Fn(f64) -> f64) -> f64 {
+        let (mut from, mut to) = (0.0, 50.0);
+        for _ in 0..200 {
+            let third = (to - from) / 3.0;
+            if f(from + third) < f(to - third) { to -= third } else { from += third }
+        }
+        f(from)
+    }
+
+    #[test]
+    fn rays_meet_zones_that_they_come_into() {
+        let zones = [
+            Geometry::Sphere { radius: 0.7 },
+            Geometry::Ellipsoid { semi_axes: DVec3::new(0.3, 0.8, 1.5) },
+            Geometry::Box { half_extents: DVec3::new(0.3, 0.8, 1.5) },
+            Geometry::Cylinder { radius: 0.6, half_length: 1.1 },
+            Geometry::Capsule { radius: 0.4, half_length: 0.9 },
+        ];
+        let mut seed = 1_u64;
+        let mut noise = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / 2f64.powi(52) - 1.0
+        };
+        let (mut met, mut missed) = (0, 0);
+        for round in 0..4000 {
+            let zone = zones[round % zones.len()].clone();
+            let mut vector = |size: f64| size * DVec3::new(noise(), noise(), noise());
+            let (from, mut along, place) = (vector(2.0), vector(1.0).normalize(), vector(3.0));
+            let turn = DQuat::from_rotation_arc(DVec3::Z, vector(1.0).normalize());
+            if round % 3 == 0 {
+                along = DVec3::AXES[round / 3 % 3] * along.x.signum();
+            }
+            let placed = Pose::new(place, turn);
+            let least = least_along(|t| outside(&zone, from + t * along));
+            if least.abs() < 1e-6 {
+                continue;
+            }
+            let site = Site::new("zone").with_zone(zone);
+            let found = meets(&site, &placed, placed.transform_point(from), turn * along);
+            assert_eq!(found, least < 0.0, "{:?}: from {from} along {along}, nearest {least}", site.zone);
+            *(if found { &mut met } else { &mut missed }) += 1;
+        }
+        assert!(met > 300 && missed > 300, "{met} and {missed}");
+    }
+}

@@ -4,6 +4,7 @@ use signorini_contact::{ContactProblem, ContactSolution, WarmStart};
 use signorini_solver::Patience;
 
 use crate::SimulationError;
+use crate::build::is_impact;
 use crate::settings::Settings;
 use crate::solver::StepSolver;
 use crate::source::FrictionSource;
@@ -28,7 +29,7 @@ impl Workspace {
     pub fn stabilized_step(&self) -> Option<StabilizedStep> {
         let problem = self.problem();
         let negligible = ROUNDING * problem.timestep * problem.velocity_scale();
-        let impact = |i: usize| self.builder.impacts.iter().any(|impact| impact.contact == i);
+        let impact = |i: usize| is_impact(&self.builder.impacts, i);
         let penetrates = |i: &usize| problem.gap[*i] < 0.0 && !impact(*i);
         let constraints = self.builder.bilateral_source.len();
         let corrected = (0..problem.contact_count()).filter(penetrates).any(|i| -problem.gap[i] > negligible)

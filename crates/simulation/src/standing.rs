@@ -115,7 +115,7 @@ fn touching(ws: &Workspace, tolerance: f64) -> RestProblem {
         // The directions come from a polygon.
         let own = polygon(whole.directions_of(i)).unwrap_or_default();
         problem.push_contact(columns.iter().copied().zip(entries.iter().copied()), 0.0, whole.friction[i], &own);
-        deepest_overlap = deepest_overlap.max(-whole.gap[i]);
+        deepest_overlap = deepest_overlap.max(overlap(ws, i));
     }
     for k in 0..whole.bilateral_violation.len() {
         let (columns, entries) = whole.bilateral_jacobian.group(k);
@@ -141,6 +141,12 @@ fn touching(ws: &Workspace, tolerance: f64) -> RestProblem {
         deepest_overlap,
         constraint_error: ws.builder.constraint_error,
     }
+}
+
+/// How far contact `i` overlaps, m or rad: all of it, where the gap of a step's problem is what the step removes.
+fn overlap(ws: &Workspace, i: usize) -> f64 {
+    let of_point = || ws.contact_points().get(i).map_or(0.0, |point| ws.builder.counted_gap(point));
+    (-ws.limit_distance(i).unwrap_or_else(of_point)).max(0.0)
 }
 
 /// A source whose contact has another index; nothing where the contact is gone.

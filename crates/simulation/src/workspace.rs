@@ -14,7 +14,7 @@ use crate::SimulationError;
 use crate::adhesion::Adhesion;
 use crate::ahead::Ahead;
 use crate::assembly::Assembler;
-use crate::build::{Level, ProblemBuilder};
+use crate::build::{Level, ProblemBuilder, is_impact};
 use crate::candidates::Candidates;
 use crate::contradictions::Contradictions;
 use crate::corrections::Corrections;
@@ -237,7 +237,7 @@ impl Workspace {
 
     /// Whether contact `i` of the [problem](Self::problem) restores velocity; with Newton's law its gap may be that of the rebound.
     pub fn is_impact(&self, i: usize) -> bool {
-        self.builder.impacts.iter().any(|impact| impact.contact == i)
+        is_impact(&self.builder.impacts, i)
     }
 
     /// Whether the gap of a contact point is so small, a few last digits of its place and of the sizes of its geoms, that the [problem](Self::problem) has it as zero.

@@ -1,12 +1,12 @@
 //! Motors that hold a posture with bounded torque.
 
 use signorini_multibody::Model;
-use signorini_multibody::model::{Actuator, ActuatorKind};
+use signorini_multibody::model::{ActivationKind, Actuator, ActuatorKind};
 use signorini_simulation::SimulationError;
 
 /// The model whose actuators hold still with whatever force within their ranges that takes: "does this robot hold this posture?"
 ///
-/// Every actuator becomes a servo of speed zero within its force range; of a motor without one the range of its control counts. Its torque is
+/// Every actuator becomes a servo of speed zero within its force range, a motor within what its control reaches of that. Its torque is
 /// then a friction with a constant bound, so that verdicts, forces and safety factors speak of it as of any other
 /// ([`SafetyQuestion::Motors`](crate::SafetyQuestion::Motors) is the torque margin). Controls and activations do not count.
 ///
@@ -24,14 +24,33 @@ pub fn held_by_motors(model: &Model) -> Result<Model, SimulationError> {
     Ok(held)
 }
 
+/// The forces with which an actuator can hold still, where they have bounds.
 fn force_range(actuator: &Actuator) -> Option<[f64; 2]> {
-    let of_control = |gain: f64| {
-        let [a, b] = actuator.control_range?.map(|u| gain * u);
-        Some([a.min(b), a.max(b)])
-    };
-    actuator.force_range.or_else(|| match actuator.kind {
-        ActuatorKind::Motor => of_control(1.0),
-        ActuatorKind::Affine { gain: [gain, 0.0, 0.0], bias: [0.0, 0.0, 0.0] } => of_control(gain),
+    let gain = match actuator.kind {
+        ActuatorKind::Motor => Some(1.0),
+        ActuatorKind::Affine { gain: [gain, 0.0, 0.0], bias: [0.0, 0.0, 0.0] } => Some(gain),
         _ => None,
-    })
+    };
+    let reached = gain.zip(drive_range(actuator)).map(|(gain, drive)| {
+        let [a, b] = drive.map(|u| gain * u);
+        [a.min(b), a.max(b)]
+    });
+    common(reached, actuator.force_range)
+}
+
+/// What can stand in for the control in the force law, in the long run.
+fn drive_range(actuator: &Actuator) -> Option<[f64; 2]> {
+    match &actuator.activation {
+        None => actuator.control_range,
+        Some(activation) if activation.kind == ActivationKind::Integrator => activation.range,
+        Some(activation) => common(actuator.control_range, activation.range),
+    }
+}
+
+/// The first range cut to the second, where there are both.
+fn common(range: Option<[f64; 2]>, bound: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    match (range, bound) {
+        (Some(range), Some([lower, upper])) => Some(range.map(|x| x.max(lower).min(upper))),
+        (range, bound) => range.or(bound),
+    }
 }

@@ -150,3 +150,49 @@ fn placements_are_judged_as_one_by_one() {
         assert!(margin.is_nan() && placement.margin.is_nan() || (placement.margin - margin).abs() < 1e-9);
     }
 }
+
+/// What motors are said to hold with is what they push with in a simulation, in the long run, under controls beyond all ranges.
+#[test]
+fn motors_hold_with_what_they_can_push_with() {
+    use signorini_multibody::glam::DMat3;
+    use signorini_multibody::model::{Activation, ActivationKind, Actuator, ActuatorKind};
+    use signorini_multibody::{Inertia, Joint, JointId};
+    use signorini_simulation::{Settings, Simulation};
+    let cart = |actuator: &Actuator| {
+        let mut world = ModelBuilder::new("cart");
+        let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::ZERO, rotational: DMat3::IDENTITY };
+        world.body("cart").mass(inertia).joint(Joint::slide("rail", DVec3::X)).add().expect("a cart");
+        world.add_actuator(actuator.clone());
+        world.build().expect("a model")
+    };
+    let of_kind = |kind: ActuatorKind| Actuator::new("motor", JointId(0), kind).with_control_range([-4.0, 7.0]);
+    let motor = || of_kind(ActuatorKind::Motor);
+    let filter = Activation::new(ActivationKind::ExactFilter { time_constant: 0.01 });
+    let integrator = Activation::new(ActivationKind::Integrator);
+    for actuator in [
+        motor(),
+        motor().with_force_range([-5.0, 5.0]),
+        motor().with_force_range([-2.0, 20.0]),
+        motor().with_force_range([-20.0, -5.0]),
+        of_kind(ActuatorKind::Affine { gain: [-3.0, 0.0, 0.0], bias: [0.0; 3] }).with_force_range([-15.0, 30.0]),
+        motor().with_activation(filter),
+        motor().with_activation(filter.with_range([-5.0, 2.0])),
+        motor().with_activation(integrator.with_range([-12.0, 9.0])),
+        motor().with_activation(integrator).with_force_range([-9.0, 8.0]),
+    ] {
+        let model = cart(&actuator);
+        let mut pushed = [-1e3, 1e3].map(|control| {
+            let mut simulation = Simulation::new(model.clone(), Settings::default()).expect("a simulation");
+            simulation.input.control = vec![control];
+            (0..2000).for_each(|_| _ = simulation.step().expect("a step"));
+            let before = simulation.state().v[0];
+            simulation.step().expect("a step");
+            (simulation.state().v[0] - before) / simulation.timestep()
+        });
+        pushed.sort_by(f64::total_cmp);
+        let held = held_by_motors(&model).expect("a motor with bounds").actuators[0].force_range.expect("a range");
+        let is_near = held.iter().zip(pushed).all(|(held, pushed)| (held - pushed).abs() < 1e-6);
+        assert!(is_near, "{held:?} for {pushed:?} of {actuator:?}");
+    }
+    assert!(held_by_motors(&cart(&motor().with_activation(integrator))).is_err(), "nothing bounds what it adds up to");
+}

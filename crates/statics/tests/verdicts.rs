@@ -198,3 +198,31 @@ fn a_tilted_pallet_slides_at_the_angle_of_friction() {
         assert!(found.stability.worst() <= 1e-9, "{:?}", found.stability.residuals);
     }
 }
+
+/// An overlap is told as deep as it is, however little of it a step would remove: of a ball in a floor, and of a hinge and a slide beyond
+/// their limits.
+#[test]
+fn overlaps_are_told_as_deep_as_they_are() {
+    use signorini_multibody::Joint;
+    let ball = Geom::new("", Geometry::Sphere { radius: 0.1 });
+    let deepest = |sunk: f64, turned: f64, moved: f64| {
+        let mut world = ModelBuilder::new("overlaps");
+        world.floor();
+        world.body("ball").at([0.0, 0.0, 0.1 - sunk]).free().solid(ball.clone(), 1.0).add().expect("a ball");
+        let hinge = Joint::hinge("hinge", DVec3::Z).with_limits([-0.5, 1.0]);
+        world.body("wheel").at([9.0, 0.0, 9.0]).joint(hinge).solid(ball.clone(), 1.0).add().expect("a wheel");
+        let slide = Joint::slide("slide", DVec3::X).with_limits([-0.5, 1.0]);
+        world.body("cart").at([9.0, 9.0, 9.0]).joint(slide).solid(ball.clone(), 1.0).add().expect("a cart");
+        let model = world.build().expect("a model");
+        let mut state = State::new(&model);
+        state.q[7..].copy_from_slice(&[-0.5 - turned, 1.0 + moved]);
+        let settings = StabilitySettings::default();
+        stability(&model, &state, &Input::default(), &settings).expect("a verdict").rest.deepest_overlap
+    };
+    for (sunk, turned, moved) in
+        [(0.06, 0.0, 0.0), (0.01, 0.2, 0.1), (0.01, 0.2, 0.3), (1e-4, 0.0, 1e-5), (0.0, 0.0, 0.0)]
+    {
+        let (found, expected) = (deepest(sunk, turned, moved), f64::max(sunk, f64::max(turned, moved)));
+        assert!((found - expected).abs() < 1e-12, "{found} of {expected}");
+    }
+}

@@ -77,8 +77,51 @@ fn sensors_feel_it() {
     assert!((values[3] - 28.0).abs() < 1e-12 && values[4].abs() < 1e-9, "{values:?}");
     let q = simulation.state().q[14];
     // 20 N along the plate's normal, at half a metre: minus the arm of the plate's middle in its own axes.
-    assert!((values[5].abs() - 10.0).abs() < 0.2, "{values:?} {q}");
+    assert!((values[5] - 10.0).abs() < 0.2, "{values:?} {q}");
     assert!(held > 0.0 && held.is_finite());
+}
+
+/// The forces of pulls in joints are what they change of the motion without contact, `M̂ Δv^f = Δt f`: also of the joints that move both of two links
+/// of an arm that touch, and of several actuators that pull at one body. What actuators give by their forces and velocities the joints get.
+#[test]
+fn joints_feel_pulls_as_their_motion_does() {
+    let text = r#"<mujoco><worldbody><body><joint axis="0 0 1"/><geom type="box" size="0.5 0.1 0.1" pos="0.5 0 0" mass="2"/>
+        <body name="pad" pos="1 0 0"><joint axis="0 0 1"/><geom type="box" size="0.05 0.3 0.1" pos="0.15 0.3 0" mass="1"/>
+        <body name="hand" pos="0.15 0.6 0"><joint axis="0 0 1"/><geom type="box" size="0.4 0.05 0.1" pos="-0.4 0.05 0" mass="0.5"/>
+        <body name="tip" pos="-0.8 0 0"><joint axis="0 1 1"/><geom type="box" size="0.05 0.25 0.1" pos="0 -0.25 0" mass="0.5"/></body>
+        </body></body></body></worldbody>
+        <actuator><adhesion name="weak" body="tip" ctrlrange="0 1" gain="5"/><adhesion name="strong" body="tip" ctrlrange="0 1" gain="20"/></actuator>
+        <sensor>JOINTS</sensor></mujoco>"#;
+    let names = ["first", "second", "third", "fourth"];
+    let mut named = text.to_string();
+    names.iter().for_each(|name| named = named.replacen("<joint axis", &format!("<joint name='{name}' axis"), 1));
+    let joints: String = names.iter().map(|name| format!("<jointactuatorfrc joint='{name}'/>")).collect();
+    let actuators =
+        ["weak", "strong"].map(|name| format!("<actuatorfrc actuator='{name}'/><actuatorvel actuator='{name}'/>"));
+    let text = named.replace("JOINTS", &(joints + &actuators.concat()));
+    let mut model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
+    model.actuators[1].gear = 3.0;
+    let v = [0.4, -0.7, 0.5, 0.3];
+    let stepped = |control: [f64; 2]| {
+        let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+        simulation.input = Input::default().with_control(control.to_vec());
+        let mut state = simulation.state().clone();
+        state.v = v.to_vec();
+        simulation.set_state(&state).unwrap();
+        simulation.step().unwrap();
+        let problem = simulation.workspace().problem();
+        let mut momentum = vec![0.0; problem.nv()];
+        problem.mass.multiply_into(&problem.free_velocity, &mut momentum);
+        (momentum, problem.timestep, simulation.sensors().to_vec())
+    };
+    let (without, _, _) = stepped([0.0, 0.0]);
+    let (with, dt, felt) = stepped([0.8, 0.6]);
+    let wanted: Vec<f64> = with.iter().zip(&without).map(|(a, b)| (a - b) / dt).collect();
+    assert!(wanted.iter().filter(|force| force.abs() > 0.1).count() >= 2, "{wanted:?}: something is to touch");
+    assert!(felt.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{felt:?}, not {wanted:?}");
+    let given = felt[4] * felt[5] + felt[6] * felt[7];
+    let got: f64 = wanted.iter().zip(v).map(|(force, v)| force * v).sum();
+    assert!(given.abs() > 0.1 && (given - got).abs() < 1e-9, "{given} W given, {got} W got");
 }
 
 #[test]

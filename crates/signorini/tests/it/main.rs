@@ -33,6 +33,7 @@ mod mocap;
 mod mujoco_rules;
 mod overflow;
 mod own_overlaps;
+mod pace;
 mod parameters;
 mod permitted;
 mod random_mechanisms;

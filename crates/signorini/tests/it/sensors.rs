@@ -113,16 +113,18 @@ fn joints_do_not_carry_what_points_and_welds_do() {
             <inertial pos='0 0 0' mass='3' diaginertia='.1 .1 .1'/></body>
         <body name='arm' pos='0 2 0'><joint axis='1 0 0'/><site name='arm'/>
             <inertial pos='0 .2 0' mass='1' diaginertia='.1 .1 .1'/></body>
-        <body name='table' pos='.3 1 0'/><body name='pivot' pos='0 2 0'/></worldbody>
+        <body name='table' pos='.3 1 0'/><body name='pivot' pos='0 2 0'/><site name='world'/></worldbody>
         <equality><connect body1='beam' anchor='1 0 0'/><weld body1='weight' body2='table'/>
             <weld body1='arm' body2='pivot'/></equality>
         <sensor><force site='beam'/><torque site='beam'/><force site='weight'/><torque site='weight'/>
-            <force site='arm'/><torque site='arm'/></sensor></mujoco>";
+            <force site='arm'/><torque site='arm'/><force site='world'/><torque site='world'/></sensor></mujoco>";
     let mut simulation = stepped(text, &[]);
     let numbers = simulation.sensors();
     assert_near(&numbers[..6], &[0.0, 0.0, 9.81, 0.0, 0.0, 0.0]);
     assert_near(&numbers[6..12], &[0.0, 0.0, 0.0, 0.0, 0.3 * 3.0 * 9.81, 0.0]);
-    assert_near(&numbers[12..], &[0.0, 0.0, 9.81, 0.0, 0.0, 0.0]);
+    assert_near(&numbers[12..18], &[0.0, 0.0, 9.81, 0.0, 0.0, 0.0]);
+    // The world holds all three, with what its table and its pivot hold, but for the half of the beam that it is connected to.
+    assert_near(&numbers[18..], &[0.0, 0.0, 5.0 * 9.81, (3.0 * 1.0 + 1.0 * 2.2) * 9.81, 0.0, 0.0]);
 }
 
 /// Two hinges with a site on the world, on the first and on the second body, whose forces and moments are measured.
@@ -207,6 +209,31 @@ fn strings_carry_at_their_limits_and_where_they_are_constrained() {
     }
 }
 
+/// Weights on strings that follow each other, with springs, dampers and several motors, hang on these alone: slides bear nothing along their axes,
+/// neither while the weights move nor where one string is at its limit.
+#[test]
+fn strings_carry_what_those_that_follow_them_take() {
+    let hung = |limit: &str| {
+        format!(
+            "<mujoco><worldbody><site name='hook' pos='0 0 1'/><site name='hoop' pos='1 0 1'/>
+            <body><joint type='slide' axis='0 0 1'/><geom size='.1' mass='2'/><site name='a'/></body>
+            <body pos='1 0 0'><joint type='slide' axis='0 0 1'/><geom size='.1' mass='3'/><site name='b'/></body></worldbody>
+            <tendon><spatial name='a' stiffness='5' springlength='.2' damping='3'><site site='hook'/><site site='a'/></spatial>
+            <spatial name='b' stiffness='7' springlength='.3' {limit}><site site='hoop'/><site site='b'/></spatial></tendon>
+            <equality><tendon tendon1='a' tendon2='b' polycoef='0 2 .5 0 0'/></equality>
+            <actuator><motor tendon='a' gear='3'/><motor tendon='a' gear='-2'/><motor tendon='b' gear='2'/></actuator>
+            <sensor><force site='a'/><force site='b'/><tendonpos tendon='b'/></sensor></mujoco>"
+        )
+    };
+    for (limit, lowest) in [("", 1.02), ("range='0 1.005'", 1.005)] {
+        let mut simulation = stepped(&hung(limit), &[0.7, 0.4, 1.1]);
+        (0..60).for_each(|_| _ = simulation.step().unwrap());
+        let numbers = simulation.sensors();
+        assert!((numbers[6] - lowest).abs() < 1e-9 || numbers[6] > lowest && limit.is_empty(), "{numbers:?}");
+        assert_near(&numbers[..6], &[0.0; 6]);
+    }
+}
+
 /// A foot that the friction of its contact keeps from spinning hands the motor's moment to the floor.
 #[test]
 fn joints_do_not_carry_what_friction_against_spinning_does() {
@@ -275,6 +302,8 @@ fn wrenches_of_contacts_change_the_momentum() {
             let near = |found: &[f64], wanted: DVec3| (DVec3::from_slice(found) - wanted).length() < 1e-8 * scale;
             assert!(near(&wrenches[6..9], to_world * moment), "{wrenches:?}, not {}", to_world * moment);
             assert!(near(&wrenches[9..], force) && near(&wrenches[3..6], -force), "{wrenches:?}, not {force}");
+            let about_origin = DVec3::from_slice(&wrenches[6..]) + DVec3::from_slice(&before.q).cross(force);
+            assert!(near(&wrenches[..3], -about_origin), "{wrenches:?}, not {about_origin} on the floor");
             touched += u32::from(force.length() > 1.0);
         }
         assert!(touched > 100, "{touched}");

@@ -45,6 +45,11 @@ pub(crate) struct Impact {
     pub restitution: f64,
 }
 
+/// Whether a contact restores velocity: what its gap asks for is then a rebound, and no correction.
+pub(crate) fn is_impact(impacts: &[Impact], contact: usize) -> bool {
+    impacts.iter().any(|impact| impact.contact == contact)
+}
+
 /// The contact problem of a step with what belongs to it, and the storage to build it.
 #[derive(Clone, Debug)]
 pub(crate) struct ProblemBuilder {

@@ -272,3 +272,36 @@ fn limited_tendons(model: &Model) -> impl Iterator<Item = (usize, [f64; 2])> + '
 fn gaps(length: f64, [lower, upper]: [f64; 2]) -> [(f64, f64); 2] {
     [(length - lower, 1.0), (upper - length, -1.0)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Slopes of the limit of a ball joint are differences of its distance, and its axis is that of the rotation at the end of the step, whatever rotates
+    /// about what.
+    #[test]
+    fn cones_change_as_rotations_do() {
+        let joint = Joint::ball("ball").with_limits([0.0, 2.0]);
+        let exp = DQuat::from_scaled_axis;
+        let state_of = |q: DQuat| State::at(vec![q.w, q.x, q.y, q.z], vec![0.0; 3]);
+        for k in 0..20 {
+            let vector = |seed: f64| DVec3::from([1.3, 2.1, 3.7].map(|a: f64| (a * (f64::from(k) + seed)).sin()));
+            let (turn, axis, rate) = (vector(0.1), vector(0.5).normalize(), vector(0.9));
+            let state = state_of(exp(turn));
+            let distance = |omega: DVec3| 2.0 - axis.dot(rotation_log(exp(turn) * exp(omega)));
+            let limit = cone_about(0, &joint, 2.0, turn_of(&joint, &state), axis);
+            assert!((limit.gap - distance(DVec3::ZERO)).abs() < 1e-12);
+            for (found, unit) in limit.slope.into_iter().zip(DVec3::AXES) {
+                let wanted = (distance(1e-6 * unit) - distance(-1e-6 * unit)) / 2e-6;
+                assert!((found - wanted).abs() < 1e-8, "{found}, not {wanted}");
+            }
+            let v = rate.to_array();
+            let ahead = cone_ahead(0, &joint, &state, &v, 1e-4).map(|limit| limit.axis);
+            let wanted = rotation_log(exp(turn) * exp(1e-4 * rate)).normalize();
+            assert!(ahead.is_some_and(|axis| (axis - wanted).length() < 1e-7), "{ahead:?}, not {wanted}");
+            let now = cone(0, &joint, &state, &v).map(|limit| (limit.gap, DVec3::from(limit.slope)));
+            let (gap, slope) = (2.0 - turn.length(), -turn.normalize());
+            assert!(now.is_some_and(|(g, s)| (g - gap).abs() < 1e-12 && (s - slope).length() < 1e-12), "{now:?}");
+        }
+    }
+}
