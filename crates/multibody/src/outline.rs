@@ -15,10 +15,13 @@ pub fn convex_outline(points: &[DVec2]) -> Vec<usize> {
     let place = |i: usize| points[i] + DVec2::ZERO;
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|&i, &j| place(i).x.total_cmp(&place(j).x).then(place(i).y.total_cmp(&place(j).y)).then(i.cmp(&j)));
+    order.dedup_by(|j, i| place(*i) == place(*j));
+    if order.len() < 2 {
+        return order;
+    }
     let mut corners = chain(order.iter().copied(), place);
     corners.extend(chain(order.iter().rev().copied(), place));
-    // Of points at one place neither chain has a side.
-    if corners.is_empty() { order.into_iter().take(1).collect() } else { corners }
+    corners
 }
 
 /// The corners of the hull on the right of the way through points in order, without the last one.
