@@ -138,6 +138,12 @@ impl Placed<'_> {
         if radius > 0.0 { core + d.normalize_or_zero() * radius } else { core }
     }
 
+    /// A point inside the shape, in the common frame: the mean of what reaches farthest along its axes. The centre of its bounding box may lie outside.
+    pub fn inside(&self) -> DVec3 {
+        let ends = DVec3::AXES.iter().flat_map(|d| [*d, -*d]).map(|d| self.shape.core_support(d));
+        self.point(ends.sum::<DVec3>() / 6.0)
+    }
+
     /// The farthest reach along the unit vector `d`, m.
     pub fn extent(&self, d: DVec3) -> f64 {
         d.dot(self.core_support(d)) + self.shape.radius()

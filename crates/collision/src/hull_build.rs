@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glamx::glam::{DVec2, DVec3};
 use parry3d_f64::transformation::try_convex_hull;
+use signorini_multibody::convex_outline;
 use signorini_multibody::model::Mesh;
 
 use crate::hull::{Hull, HullFace, Lists};
@@ -209,7 +210,7 @@ impl<'a> Surface<'a> {
         (faces, face_of)
     }
 
-    /// Corners of the convex outline of a flat part, counter-clockwise (Andrew 1979), without those within `tolerance` of
+    /// Corners of the convex outline of a flat part, counter-clockwise, without those within `tolerance` of
     /// the side between their neighbours.
     fn outline(&self, part: &[u32], normal: DVec3, tolerance: f64) -> Vec<u32> {
         if let [triangle] = part {
@@ -220,31 +221,9 @@ impl<'a> Surface<'a> {
         let mut ids: Vec<u32> = part.iter().flat_map(|&t| self.triangles[t as usize]).collect();
         ids.sort_unstable();
         ids.dedup();
-        let mut flat: Vec<(DVec2, u32)> = ids
-            .into_iter()
-            .map(|i| {
-                let p = self.vertices[i as usize];
-                // One zero alone: in the order of numbers the negative one comes first, whatever y is.
-                (DVec2::new(u.dot(p), v.dot(p)) + DVec2::ZERO, i)
-            })
-            .collect();
-        flat.sort_by(|(p, i), (q, j)| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(i.cmp(j)));
-        let mut chain: Vec<(DVec2, u32)> = Vec::with_capacity(flat.len());
-        let mut run = |points: &mut dyn Iterator<Item = (DVec2, u32)>| {
-            let from = chain.len();
-            for (p, i) in points {
-                while let [.., (a, _), (b, _)] = chain[from..] {
-                    if (b - a).perp_dot(p - a) > 0.0 {
-                        break;
-                    }
-                    chain.pop();
-                }
-                chain.push((p, i));
-            }
-            chain.pop();
-        };
-        run(&mut flat.iter().copied());
-        run(&mut flat.iter().rev().copied());
+        let flat: Vec<DVec2> =
+            ids.iter().map(|&i| self.vertices[i as usize]).map(|p| DVec2::new(u.dot(p), v.dot(p))).collect();
+        let mut chain: Vec<(DVec2, u32)> = convex_outline(&flat).into_iter().map(|k| (flat[k], ids[k])).collect();
         // Not before: where rounding puts a point of a side outside of it, the corner behind it lies on the line of both, and counts.
         let mut k = 0;
         while k < chain.len() && chain.len() > 3 {

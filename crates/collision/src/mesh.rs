@@ -60,6 +60,9 @@ impl Edge {
     }
 }
 
+/// A normal that looks into a closed surface by less than this sine lies in it.
+const LEVEL: f64 = 1e-9;
+
 /// Leaning over an edge by less than this angle (rad) beyond what it allows is rounding.
 const LEAN: f64 = 1e-6;
 
@@ -130,11 +133,14 @@ impl TriangleSet {
     /// The normal (in the mesh's frame) at which a contact of a triangle with normal `n` is made: `n` itself where the
     /// triangle's edges let it lean so far, else the face normal; and whether it is `n`. An edge inside a flat or hollow
     /// part of the surface lets nothing lean over it, so that bodies slide over it unhindered.
-    pub fn allowed_normal(&self, index: u32, n: DVec3) -> (DVec3, bool) {
+    ///
+    /// - `from_front`: whether the triangle's front alone can be touched, as that of a solid from its outside
+    pub fn allowed_normal(&self, index: u32, n: DVec3, from_front: bool) -> (DVec3, bool) {
         let face = &self.faces[index as usize];
-        let front = self.solid_below || n.dot(face.normal) >= 0.0;
+        let front = self.solid_below || from_front || self.is_front(index, n);
         let side = if front { face.normal } else { -face.normal };
-        if self.solid_below && n.dot(face.normal) <= 0.0 {
+        let is_behind = from_front && n.dot(face.normal) < -LEVEL;
+        if is_behind || (self.solid_below && n.dot(face.normal) <= 0.0) {
             return (side, false);
         }
         let upright = n.dot(side);
@@ -150,7 +156,41 @@ impl TriangleSet {
     }
 }
 
+/// The two sides of triangles and of closed surfaces.
+impl TriangleSet {
+    /// Whether a contact on this triangle whose normal, in the mesh's frame, points along `n` is on its front.
+    pub fn is_front(&self, index: u32, n: DVec3) -> bool {
+        n.dot(self.faces[index as usize].normal) >= 0.0
+    }
+
+    /// Whether a closed surface goes around a point, in the mesh's frame: more triangles above it look up than down, or fewer.
+    pub fn encloses(&self, point: DVec3) -> bool {
+        let above = Aabb { low: point, high: point.with_z(f64::INFINITY) };
+        let mut turns = 0;
+        self.bvh.overlapping(&above, |i| {
+            let face = &self.faces[i as usize];
+            if face.is_above(point, &self.vertices) {
+                turns += if face.normal.z > 0.0 { 1 } else { -1 };
+            }
+        });
+        turns != 0
+    }
+}
+
 impl Face {
+    /// Whether a ray upwards from `point` goes through: it crosses one of the sides in the plan to the right of it. Neighbours compute their common side with the same
+    /// numbers, so that no ray slips between them or meets both.
+    fn is_above(&self, point: DVec3, vertices: &[DVec3]) -> bool {
+        let crossed = |k: usize| {
+            let (i, j) = (self.ids[k], self.ids[(k + 1) % 3]);
+            let [p, q] = [i.min(j), i.max(j)].map(|i| vertices[i as usize]);
+            let share = (point.y - p.y) / (q.y - p.y);
+            (p.y > point.y) != (q.y > point.y) && point.x < p.x + share * (q.x - p.x)
+        };
+        let is_beneath = || self.normal.dot(vertices[self.ids[0] as usize] - point) * self.normal.z > 0.0;
+        (0..3).filter(|k| crossed(*k)).count() == 1 && is_beneath()
+    }
+
     /// How much of the part of `n` in the face's plane points over edge `k`: what points out of a triangle is made up of two of its outward directions, one where
     /// it is at an edge. Next to an obtuse corner the other edge's outward direction has a part along it as well, over which it does not lean.
     fn leaning_over(&self, k: usize, n: DVec3) -> f64 {
@@ -220,4 +260,56 @@ fn find_folds(faces: &mut [Face]) -> bool {
         }
     }
     closed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sum of the solid angles of all triangles seen from a point, over 4π (van Oosterom & Strackee 1983).
+    fn winding(set: &TriangleSet, point: DVec3) -> f64 {
+        let angles = (0..set.len()).map(|i| {
+            let [a, b, c] = set.triangle(i).vertices.map(|p| p - point);
+            let (x, y, z) = (a.length(), b.length(), c.length());
+            let across = x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y;
+            2.0 * a.dot(b.cross(c)).atan2(across)
+        });
+        angles.sum::<f64>() / (4.0 * std::f64::consts::PI)
+    }
+
+    /// Boxes as triangles: a large one with a hollow in it, and a small one in the hollow.
+    fn boxes() -> Mesh {
+        let mut mesh = Mesh::default();
+        for (half, turned) in [(4.0, false), (3.0, true), (1.0, false)] {
+            let first = mesh.vertices.len() as u32;
+            let sign = |k: u32, bit: u32| if k & bit > 0 { half } else { -half };
+            mesh.vertices.extend((0..8).map(|k| DVec3::new(sign(k, 1), sign(k, 2), sign(k, 4))));
+            let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+            let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+            let order = |[a, b, c]: [u32; 3]| if turned { [a, c, b] } else { [a, b, c] };
+            mesh.triangles.extend(triangles.map(|t| order(t).map(|i| i + first)));
+        }
+        mesh
+    }
+
+    /// On a grid, where rays go through corners and along edges, as in between.
+    #[test]
+    fn a_closed_surface_encloses_what_it_winds_around() {
+        let set = TriangleSet::from_mesh(&boxes());
+        assert!(set.closed);
+        let (mut inside, steps) = (0, -10..=10);
+        for (x, y, z) in steps.clone().flat_map(|x| steps.clone().flat_map(move |y| (-10..=10).map(move |z| (x, y, z))))
+        {
+            let point = 0.5 * DVec3::new(f64::from(x), f64::from(y), f64::from(z));
+            if [1.0, 3.0, 4.0].contains(&point.abs().max_element()) {
+                continue;
+            }
+            let expected = winding(&set, point);
+            assert!((expected - expected.round()).abs() < 1e-9, "{point} is on no surface: {expected}");
+            assert_eq!(set.encloses(point), expected.round() != 0.0, "{point}");
+            inside += usize::from(expected.round() != 0.0);
+        }
+        // Of points within the shell and the small box: 15³ − 13³ and 3³.
+        assert_eq!(inside, 15 * 15 * 15 - 13 * 13 * 13 + 27);
+    }
 }

@@ -130,7 +130,14 @@ fn touch_triangle(
 ) {
     let from = out.len();
     let Some(found) = narrow.touch(a, b, margin, out) else { return };
-    let (allowed, free) = set.set.allowed_normal(index, a.local(found.normal));
+    let leaning = a.local(found.normal);
+    // What is outside of a closed surface is touched by the outside of its triangles: where a side of B and one of a solid are in one plane, the
+    // triangle at the edge that they share would touch B from behind as well.
+    let is_outside = set.set.closed && !set.set.is_front(index, leaning) && {
+        let inside_b = set.rotation.transpose() * (b.inside() - set.position);
+        !set.set.encloses(inside_b)
+    };
+    let (allowed, free) = set.set.allowed_normal(index, leaning, is_outside);
     if !free {
         out.truncate(from);
         let normal = a.rotation * allowed;

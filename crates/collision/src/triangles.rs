@@ -262,12 +262,6 @@ impl TriangleSet {
     /// Whether the surface allows a contact on this triangle whose normal, in the mesh's frame, points out of it along `n`: the triangle's
     /// own normal, and what leans over its edges no farther than the neighbours' normals. A closed surface has contacts on its outside only.
     pub fn allows(&self, index: u32, n: DVec3) -> bool {
-        if self.closed && n.dot(self.triangle(index).normal) < -LEVEL {
-            return false;
-        }
-        self.allowed_normal(index, n).1
+        self.allowed_normal(index, n, self.closed).1
     }
 }
-
-/// A normal that looks into a closed surface by less than this sine lies in it.
-const LEVEL: f64 = 1e-9;

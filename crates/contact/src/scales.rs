@@ -167,7 +167,8 @@ impl ContactProblem {
     /// are not in it: a bound that is never reached does not loosen the residuals.
     ///
     /// At least 1e-6 of the terms that add up to `J v^f`: where bodies move together these cancel, and a smaller scale would
-    /// compare rounding with rounding.
+    /// compare rounding with rounding. In the terms of bilateral rows a coordinate counts at least as much as its tree's fastest one does in the
+    /// metric of the mass matrix: where a tree falls as a whole, the velocities of its joints are rounding, too.
     pub fn velocity_scale(&self) -> f64 {
         let mut scale = VelocityScale::default();
         for i in 0..self.contact_count() {
@@ -217,7 +218,8 @@ impl VelocityScale {
 
     /// Takes in bilateral row `k`; returns `∇Θ_k v^f + Θ_k/Δt` and its terms.
     pub fn add_bilateral(&mut self, problem: &ContactProblem, k: usize) -> (f64, f64) {
-        let ([rate], terms) = problem.bilateral_jacobian.multiply_with_terms(k, &problem.free_velocity);
+        let [rate] = problem.bilateral_jacobian.multiply(k, &problem.free_velocity);
+        let terms = bilateral_terms(problem, k);
         let u = rate + problem.bilateral_violation[k] / problem.timestep;
         self.add(u, terms);
         (u, terms)
@@ -234,6 +236,19 @@ impl VelocityScale {
         }
         (slip, terms)
     }
+}
+
+/// `Σ_b Σ_{j∈b} |J_kj| max_{i∈b} √(M_ii/M_jj) |v^f_i|` of bilateral row `k` over the trees `b`, m/s.
+fn bilateral_terms(problem: &ContactProblem, k: usize) -> f64 {
+    let (mass, velocity) = (&problem.mass, &problem.free_velocity);
+    let (columns, entries) = problem.bilateral_jacobian.group(k);
+    let of_tree = |(block, part): (usize, std::ops::Range<usize>)| {
+        let mut fastest = 0.0;
+        mass.blocks()[block].range().for_each(|i| raise(&mut fastest, mass.get(i, i).sqrt() * velocity[i].abs()));
+        let own = columns[part.clone()].iter().zip(&entries[part]);
+        own.map(|(&j, [entry])| entry.abs() * fastest / mass.get(j as usize, j as usize).sqrt()).sum::<f64>()
+    };
+    mass.blocks_touched(columns).map(of_tree).sum()
 }
 
 /// The largest entry of the diagonal of a Delassus block, at least 0.

@@ -61,6 +61,7 @@ mod mode;
 mod parameter;
 mod products;
 mod reduced;
+mod redundancy;
 mod rows;
 mod simulated;
 mod step;

@@ -17,6 +17,7 @@ use signorini_multibody::derivatives::BalanceDerivatives;
 
 use crate::validity::Margin;
 
+pub(crate) use equalities::LeftOut;
 pub(crate) use scratch::Scratch;
 pub(crate) use system::{ModeRows, Modes, Step, TieRows};
 
@@ -28,7 +29,7 @@ pub(crate) fn build(
     step: &mut Step,
     modes: &Modes,
     margins: &mut Vec<Margin>,
-    (rows, ties): (&mut ModeRows, &mut TieRows),
+    (rows, ties, left_out): (&mut ModeRows, &mut TieRows, &mut LeftOut),
     turning: &mut Vec<f64>,
     scratch: &mut Scratch,
 ) -> Result<(), String> {
@@ -42,7 +43,7 @@ pub(crate) fn build(
     coordinates::add_limits(step, modes, margins, rows, turning, scratch)?;
     coordinates::add_groups(step, modes, margins, rows, turning, scratch)?;
     others::note_others(step, margins);
-    equalities::add(step, margins, rows, turning, scratch)?;
+    equalities::add(step, margins, (rows, left_out), turning, scratch)?;
     parameters::add_coordinates(step, modes, step.directions, rows);
     Ok(())
 }

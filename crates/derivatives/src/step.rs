@@ -11,14 +11,11 @@ use crate::interior::Interior;
 use crate::matrix::{Rows, largest};
 use crate::mode::{Scales, TIE, is_tie};
 use crate::parameter::{Direction, add_smooth};
-use crate::rows::{Modes, Scratch, Step, TieRows, balances, build};
+use crate::redundancy::{departing_constraint, note_parameters, note_redundancy};
+use crate::rows::{LeftOut, Modes, Scratch, Step, TieRows, balances, build};
 use crate::system::ModeSystem;
 use crate::tie::TieUnit;
 use crate::validity::{InequalityKind, InequalitySource, Margin, Validity};
-
-/// Redundant contacts hold the same motion where the derivatives of their rows agree to this part of their size. What they differ by is missing in the
-/// derivative, up to a hundred times: to 1e-8 some of a pile's were off by 6e-7.
-const CONSISTENT: f64 = 1e-9;
 
 /// The derivative of one step, `(q⁺, v⁺)` by `(q, v)`, by the control `u` and by the applied generalized force `τ`, and the storage to compute
 /// it.
@@ -46,6 +43,7 @@ pub struct StepDerivatives {
     /// Contacts at ties.
     pub(crate) ties: Vec<TieUnit>,
     pub(crate) tie_rows: TieRows,
+    left_out: LeftOut,
     pub(crate) system: ModeSystem,
     pub(crate) columns: VelocityColumns,
     pub(crate) integration: Integration,
@@ -78,6 +76,7 @@ impl StepDerivatives {
             smooth: Rows::default(),
             ties: Vec::new(),
             tie_rows: TieRows::default(),
+            left_out: LeftOut::default(),
             system: ModeSystem::default(),
             columns: VelocityColumns::default(),
             integration: Integration::default(),
@@ -122,7 +121,7 @@ impl StepDerivatives {
             Err(reason) => Validity::Refused { reason },
             Ok(()) => {
                 self.has_matrices = true;
-                self.judge()
+                self.judge(model)
             }
         };
     }
@@ -189,7 +188,7 @@ impl StepDerivatives {
             scales,
             directions: &self.directions,
         };
-        let rows = (&mut self.system.rows, &mut self.tie_rows);
+        let rows = (&mut self.system.rows, &mut self.tie_rows, &mut self.left_out);
         build(&mut step, &self.modes, &mut self.margins, rows, &mut self.turning, &mut self.scratch)?;
         let problem = workspace.problem();
         self.ties.resize_with(self.tie_rows.contacts.len(), TieUnit::default);
@@ -245,8 +244,17 @@ impl StepDerivatives {
     }
 
     /// The verdict on the margins at hand.
-    fn judge(&mut self) -> Validity {
-        self.note_redundancy();
+    fn judge(&mut self, model: &Model) -> Validity {
+        let solved = (&self.balance, &self.system);
+        note_redundancy(solved, &mut self.columns, &mut self.margins, &mut self.work);
+        let departing = departing_constraint(&self.left_out, solved, &mut self.columns, &mut self.work);
+        note_parameters(self.nv, self.directions.len(), &mut self.system);
+        if let Some(equality) = departing {
+            let name = &model.equalities[equality].name;
+            let reason = format!("constraint '{name}': rows of it follow from others here, and not beside");
+            self.has_matrices = false;
+            return Validity::Refused { reason };
+        }
         let jumps = |margin: &&Margin| margin.kind == InequalityKind::Threshold;
         if let Some(margin) = self.margins.iter().filter(|margin| is_tie(margin)).find(jumps) {
             let reason = format!("{:?} is at the threshold of another law of correction or impact", margin.source);
@@ -258,69 +266,6 @@ impl StepDerivatives {
         match self.deciding.is_empty() {
             true => Validity::Exact,
             false => Validity::OneSided { deciding: std::mem::take(&mut self.deciding) },
-        }
-    }
-
-    /// Redundant rows whose derivatives do not follow from the others: their contacts part as soon as anything changes.
-    fn note_redundancy(&mut self) {
-        if self.system.dropped().is_empty() {
-            return;
-        }
-        self.columns.keep_motion(&self.balance, &self.system);
-        let mut work = std::mem::take(&mut self.work);
-        let fastest = largest(&self.columns.velocity.data);
-        for &i in self.system.dropped() {
-            let [off, size] = self.departure(i, fastest, &mut work);
-            if off > CONSISTENT * size {
-                let (source, kind) = (self.system.rows.source[i], InequalityKind::Redundancy);
-                self.margins.push(Margin { source, kind, value: 0.0 });
-            }
-        }
-        self.work = work;
-        if !self.directions.is_empty() {
-            self.note_parameters();
-        }
-    }
-
-    /// By how much a row that is dropped changes, over all columns, less what follows from the others, and its size.
-    fn departure(&self, i: usize, fastest: f64, work: &mut Vec<f64>) -> [f64; 2] {
-        let slopes = self.columns.slopes.row(i);
-        work.clear();
-        work.extend_from_slice(slopes);
-        self.system.add_held(i, &self.columns.velocity, work);
-        let size = largest(slopes).max(fastest * largest(self.system.rows.held.row(i)));
-        [largest(work), size]
-    }
-
-    /// Which parameters part redundant contacts.
-    fn note_parameters(&mut self) {
-        let mut columns = VelocityColumns::default();
-        columns.solve_parameters(self.nv, self.directions.len(), &self.system);
-        // Without contacts: what is less than the rounding of that is nothing.
-        let mut free = Vec::new();
-        let unheld: Vec<f64> = (0..self.directions.len())
-            .map(|j| {
-                free.clear();
-                free.extend_from_slice(self.system.rows.balance_by_parameter.row(j));
-                self.system.accelerate(&mut free);
-                largest(&free)
-            })
-            .collect();
-        let (dropped, rows) = self.system.dropped_of();
-        for &i in dropped {
-            let held = rows.held.row(i);
-            for (j, without) in rows.without_slope.iter_mut().enumerate() {
-                let column = columns.velocity.data.iter().skip(j).step_by(columns.velocity.width);
-                let (mut off, mut fastest) = (columns.slopes.row(i)[j], unheld[j]);
-                for (held, velocity) in held.iter().zip(column) {
-                    off += held * velocity;
-                    fastest = fastest.max(velocity.abs());
-                }
-                let size = columns.slopes.row(i)[j].abs().max(fastest * largest(held));
-                if off.abs() > CONSISTENT * size {
-                    *without = Some("redundant contacts part as soon as it changes".to_owned());
-                }
-            }
         }
     }
 

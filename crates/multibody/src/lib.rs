@@ -68,6 +68,7 @@ pub mod model;
 mod motion;
 mod moving;
 mod operational;
+mod outline;
 mod sensors;
 mod small_dense;
 mod spatial;
@@ -116,6 +117,7 @@ pub use model::{
 };
 pub use moving::MovingBodies;
 pub use operational::operational_space_inertia;
+pub use outline::convex_outline;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use spatial::SpatialVector;
 pub use standing::StandingTrees;

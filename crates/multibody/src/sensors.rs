@@ -4,11 +4,12 @@ use glamx::glam::{DQuat, DVec3};
 
 use crate::actuator_length::actuator_length_into;
 use crate::camera::project;
+use crate::energy::{kinetic_energy, potential_energy};
 use crate::frame::Frame;
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
-use crate::math::{Pose, read_quaternion};
-use crate::model::{BodyId, FrameId, Model, Sensor, SensorKind};
+use crate::math::{Pose, read_quaternion, rotation_log};
+use crate::model::{BodyId, FrameId, JointId, JointKind, Model, Sensor, SensorKind};
 use crate::state::State;
 use crate::tendon::tendon_length_into;
 
@@ -140,9 +141,25 @@ fn measure(
             let camera = &model.cameras[camera.index()];
             out.copy_from_slice(&project(model, kinematics, camera, site(id).pose.position));
         }
+        SensorKind::JointLimitPosition(joint) => out[0] = passed(joint_limit(model, state, joint))[0],
+        SensorKind::JointLimitVelocity(joint) => out[0] = passed(joint_limit(model, state, joint))[1],
+        SensorKind::TendonLimitPosition(tendon) | SensorKind::TendonLimitVelocity(tendon) => {
+            let tendon = &model.tendons[tendon.index()];
+            tendon_length_into(model, kinematics, &state.q, tendon, row);
+            let limit = tendon.limits.map(|limits| between(limits, row.length, row.rate(&state.v)));
+            out[0] = passed(limit)[usize::from(matches!(kind, SensorKind::TendonLimitVelocity(_)))];
+        }
+        SensorKind::InsideSite(own, id) => {
+            let place = site(id).pose.inverse().transform_point(frame(own).pose.position);
+            out[0] = f64::from(u8::from(model.sites[id.index()].holds(place)));
+        }
+        SensorKind::PotentialEnergy => out[0] = potential_energy(model, kinematics, &state.q),
+        SensorKind::KineticEnergy => out[0] = kinetic_energy(model, kinematics, &state.v),
         SensorKind::Clock => out[0] = state.time,
         SensorKind::JointActuatorForce(_)
         | SensorKind::TendonActuatorForce(_)
+        | SensorKind::JointLimitForce(_)
+        | SensorKind::TendonLimitForce(_)
         | SensorKind::ActuatorForce(_)
         | SensorKind::Accelerometer(_)
         | SensorKind::Force(_)
@@ -156,6 +173,29 @@ fn measure(
         | SensorKind::FrameLinearAcceleration(_)
         | SensorKind::FrameAngularAcceleration(_) => {}
     }
+}
+
+/// Distance to a limit and its rate, of a limit that is passed; else zeros.
+fn passed(limit: Option<[f64; 2]>) -> [f64; 2] {
+    limit.filter(|[distance, _]| *distance < 0.0).unwrap_or_default()
+}
+
+/// Distance to the nearest limit of a joint and its rate: of a ball joint to the cone that its rotation may not leave.
+fn joint_limit(model: &Model, state: &State, joint: JointId) -> Option<[f64; 2]> {
+    let joint = &model.joints[joint.index()];
+    let limits = joint.limits?;
+    let (q, v) = (&state.q[joint.q_index..], &state.v[joint.v_index..]);
+    if joint.kind != JointKind::Ball {
+        return Some(between(limits, q[0], v[0]));
+    }
+    let turn = rotation_log(read_quaternion(q));
+    let outward = turn.normalize_or_zero().dot(DVec3::from_slice(v));
+    Some([limits[1] - turn.length(), -outward])
+}
+
+/// Distance of a number to the nearer end of its range, and its rate.
+fn between([lower, upper]: [f64; 2], x: f64, rate: f64) -> [f64; 2] {
+    if x - lower <= upper - x { [x - lower, rate] } else { [upper - x, -rate] }
 }
 
 fn in_axes_of(reference: Option<MovingFrame>, x: DVec3) -> DVec3 {

@@ -1,12 +1,13 @@
 //! `Batch`: many simulations of one model at once, on threads.
 
+mod saving;
 mod views;
 
 use std::num::NonZeroUsize;
 use std::process;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
 use signorini::multibody::{Input, State};
@@ -30,6 +31,9 @@ pub struct Batch {
     model: Py<Model>,
     #[pyo3(get)]
     settings: Py<PyAny>,
+    /// Most threads that step the simulations, as asked for; 0 for as many as the machine runs at once.
+    #[pyo3(get)]
+    nthread: usize,
     lanes: Mutex<Lanes>,
     /// The process whose threads step the simulations, if there are such threads.
     threads_of: Option<u32>,
@@ -68,6 +72,7 @@ impl Batch {
         let this = Self {
             model,
             settings,
+            nthread,
             threads_of: (threads != 1 && nsim > 1).then(process::id),
             count: nsim,
             views: Views::new(py, &batch),
@@ -76,7 +81,7 @@ impl Batch {
         {
             let mut lanes = this.lock()?;
             this.views.publish(py, &lanes.batch)?;
-            (0..nsim).try_for_each(|i| this.views.publish_mocap(py, &mut lanes.batch, i))?;
+            (0..nsim).try_for_each(|i| this.views.publish_input(py, &mut lanes.batch, i))?;
         }
         Ok(this)
     }
@@ -313,8 +318,7 @@ impl Batch {
             batch.state_mut(i).clone_from(&state);
             *batch.input_mut(i) = Input::default().with_control(control.clone()).with_mocap(mocap.clone());
             batch.clear_warm_start(i);
-            self.views.ctrl.bind(py).try_readwrite()?.as_slice_mut()?[i * nu..(i + 1) * nu].copy_from_slice(&control);
-            self.views.publish_mocap(py, batch, i)?;
+            self.views.publish_input(py, batch, i)?;
         }
         self.views.publish(py, batch)
     }

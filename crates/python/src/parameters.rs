@@ -3,6 +3,7 @@
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use signorini::Workspace;
 use signorini::multibody::{self as mb, Effect, Parameter, ParameterChange};
 
 use crate::arrays;
@@ -39,7 +40,19 @@ fn values<'py>(py: Python<'py>, model: &mb::Model, name: &str) -> PyResult<Numbe
 }
 
 /// All values of each parameter, row after row.
-type Changes = Vec<(String, Vec<f64>)>;
+pub type Changes = Vec<(String, Vec<f64>)>;
+
+/// The parameters of a simulation's model that were changed since it was made.
+pub fn changed(workspace: &Workspace, model: &mb::Model) -> Changes {
+    let mut changed: Vec<Parameter> = workspace.changed_rows().map(|row| row.parameter).collect();
+    changed.dedup();
+    changed.into_iter().map(|p| (p.name().to_owned(), model.parameter(p))).collect()
+}
+
+/// Hands changes on as the engine takes them.
+pub fn apply(changes: Changes, change: impl FnOnce(&[ParameterChange<'_>]) -> PyResult<()>) -> PyResult<()> {
+    change(&borrowed(&parsed(changes)?))
+}
 
 fn borrowed(changes: &[(Parameter, Vec<f64>)]) -> Vec<ParameterChange<'_>> {
     changes.iter().map(|(parameter, values)| (*parameter, &values[..])).collect()
@@ -83,9 +96,7 @@ impl Data {
     /// The parameters that are not those of the model, with all their values.
     fn _changed(&self) -> PyResult<Changes> {
         let core = self.core()?;
-        let mut changed: Vec<Parameter> = core.workspace.changed_rows().map(|row| row.parameter).collect();
-        changed.dedup();
-        Ok(changed.into_iter().map(|p| (p.name().to_owned(), core.model.parameter(p))).collect())
+        Ok(changed(&core.workspace, &core.model))
     }
 }
 

@@ -225,6 +225,40 @@ def test_jax_rollouts_of_arrays_that_do_not_belong_together_are_refused():
     assert jax.vmap(lambda q: signorini.jax.rollout(model, q, np.zeros(2), u)[0])(starts).shape == (3, 5, 2)
 
 
+def test_torch_rollouts_of_no_simulations_have_no_states_and_gradients_of_zero():
+    torch = pytest.importorskip("torch")
+    import signorini.torch
+
+    model = signorini.Model.from_string(CART)
+    q, v, u = (torch.zeros(shape, dtype=torch.float64, requires_grad=True) for shape in ((0, 2), (0, 2), (0, 4, 1)))
+    theta = torch.ones(1, dtype=torch.float64, requires_grad=True)
+    qs, vs = signorini.torch.rollout(model, q, v, u, parameters=[("body_mass", "cart")], theta=theta)
+    assert qs.shape == vs.shape == (0, 5, 2) and qs.dtype == torch.float64
+    (qs.sum() + vs.sum()).backward()
+    assert q.grad.shape == (0, 2) and u.grad.shape == (0, 4, 1) and theta.grad.tolist() == [0.0]
+    after, _ = signorini.torch.step(model, q, v)
+    assert after.shape == (0, 2)
+
+
+def test_jax_rollouts_of_no_simulations_have_no_states_and_gradients_of_zero():
+    jax = pytest.importorskip("jax")
+    import signorini.jax
+
+    model = signorini.Model.from_string(CART)
+    q, v, u, theta = (jax.numpy.zeros(shape) for shape in ((0, 2), (0, 2), (0, 4, 1), (1,)))
+
+    def rollout(q, v, u, theta):
+        return signorini.jax.rollout(model, q, v, u, parameters=[("body_mass", "cart")], theta=theta + 1.0)
+
+    def total(*given):
+        qs, vs = jax.vmap(rollout, (0, 0, 0, None))(*given)
+        assert qs.shape == vs.shape == (0, 5, 2)
+        return qs.sum() + vs.sum()
+
+    found = jax.grad(total, (0, 1, 2, 3))(q, v, u, theta)
+    assert [x.shape for x in found] == [(0, 2), (0, 2), (0, 4, 1), (1,)] and found[3][0] == 0.0
+
+
 def test_rollouts_of_activations_are_refused():
     """Their state has none: each step had begun with activations of zero, so that such actuators did nothing."""
     torch = pytest.importorskip("torch")

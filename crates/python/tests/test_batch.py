@@ -1,5 +1,9 @@
 """Many simulations at once."""
 
+import copy
+import multiprocessing
+import pickle
+
 import numpy as np
 import pytest
 
@@ -207,3 +211,47 @@ def test_a_simulation_that_stops_has_no_derivative(quadruped):
     good, bad = batch.step_with_derivatives()
     assert good.validity != "refused" or good.reason
     assert bad.validity == "refused" and "not made" in bad.reason
+
+
+def went_on(batch):
+    """Where a batch comes to; at the top of the module, for other processes."""
+    batch.step(20)
+    return batch.qpos.copy(), batch.qvel.copy(), batch.time.copy()
+
+
+@pytest.mark.parametrize("way", ["copy", "deepcopy", "pickle", "process"])
+def test_a_batch_goes_on_elsewhere_with_the_same_bits(quadruped, way):
+    batch = signorini.Batch(quadruped, 3, signorini.Settings(timestep=0.004), nthread=2)
+    batch.vary(1, friction=0.5, mass=1.2, gravity=(0.1, 0.0, -9.0))
+    batch.change([2], geom_friction=0.3)
+    batch.qvel[:, 0] = [0.0, 0.1, 0.2]
+    batch.step(25)
+    batch.ctrl[:] = 0.1
+    if way == "process":
+        saved = pickle.dumps(batch)
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
+            found = pool.apply(went_on, (batch,))
+        batch = pickle.loads(saved)
+    else:
+        copies = {"copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda batch: pickle.loads(pickle.dumps(batch))}
+        other = copies[way](batch)
+        assert other is not batch and type(other) is type(batch)
+        assert other.nthread == 2 and other.settings == batch.settings and other.model == batch.model
+        assert np.array_equal(other.ctrl, batch.ctrl) and np.array_equal(other.qpos, batch.qpos)
+        for name in ("body_mass", "geom_friction", "gravity"):
+            assert np.array_equal(other.parameter(name), batch.parameter(name))
+        found = went_on(other)
+    for own, others in zip(went_on(batch), found):
+        assert np.array_equal(own, others)
+
+
+def test_a_copy_of_a_batch_keeps_the_bodies_that_are_moved_from_outside():
+    model = mjcf("<body name='hand' mocap='true' pos='0 0 1'/><body pos='0 0 2'><freejoint/><geom size='0.1'/></body>")
+    batch = signorini.Batch(model, 2)
+    batch.mocap_pos[1, 0] = [1.0, 2.0, 3.0]
+    other = pickle.loads(pickle.dumps(batch))
+    assert np.array_equal(other.mocap_pos, batch.mocap_pos) and np.array_equal(other.mocap_quat, batch.mocap_quat)
+    with pytest.raises(ValueError, match="2 simulations were saved, the batch has 1"):
+        signorini.Batch(model, 1)._restore(batch._save())
+    with pytest.raises(signorini.SignoriniError, match="damaged"):
+        other._restore([(data[:20] + bytes([data[20] ^ 1]) + data[21:], rest) for data, rest in batch._save()])

@@ -1,5 +1,6 @@
 """Environments for Gymnasium, against Gymnasium's own checks and its vector environments."""
 
+import pickle
 import subprocess
 import sys
 
@@ -250,6 +251,26 @@ def test_pictures_of_the_present_state():
     envs.reset(seed=0)
     one, other = envs.render()
     assert one.shape == (480, 480, 3) and not np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("mode", ["html", "rgb_array"])
+def test_a_pickled_environment_goes_on_in_the_middle_of_an_episode(mode):
+    """With its generator: the episode after the present one is the same, too."""
+    rng = np.random.default_rng(5)
+    single = gymnasium.make("signorini/Hopper-v0", render_mode=mode, max_episode_steps=30)
+    many = native("Hopper", 3, render_mode=mode, max_episode_steps=30, nthread=2)
+    for env, shape in [(single, (3,)), (many, (3, 3))]:
+        env.reset(seed=3)
+        env.step(rng.uniform(-1.0, 1.0, shape))
+        picture = env.render()
+        other = pickle.loads(pickle.dumps(env))
+        assert same(other.render(), picture)
+        for _ in range(40):
+            action = rng.uniform(-1.0, 1.0, shape)
+            own = env.step(action)
+            assert same(other.step(action), own)
+            if env is single and (own[2] or own[3]):
+                assert same(other.reset(), env.reset())
 
 
 def test_what_is_wrong_is_said():

@@ -1,9 +1,7 @@
 //! Sensors of contacts between two sides.
 
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{
-    BodyId, ContactPoint, ContactReduction, ContactSensor, ContactSide, Geometry, Model, SiteId,
-};
+use signorini_multibody::{BodyId, ContactPoint, ContactReduction, ContactSensor, ContactSide, Model, SiteId};
 
 use crate::contact_forces::{contact_force, contact_moments};
 use crate::workspace::Workspace;
@@ -103,18 +101,7 @@ fn matches_side(model: &Model, workspace: &Workspace, side: ContactSide, contact
 fn contains(model: &Model, workspace: &Workspace, id: SiteId, point: DVec3) -> bool {
     let site = &model.sites[id.index()];
     let placed = workspace.kinematics.pose[site.body.index()] * site.placement;
-    let p = placed.inverse().transform_point(point);
-    let beside = |radius: f64| p.x.hypot(p.y) <= radius;
-    match site.zone {
-        Geometry::Sphere { radius } => p.length() <= radius,
-        Geometry::Ellipsoid { semi_axes } => (p / semi_axes).length() <= 1.0,
-        Geometry::Box { half_extents } => p.abs().cmple(half_extents).all(),
-        Geometry::Cylinder { radius, half_length } => beside(radius) && p.z.abs() <= half_length,
-        Geometry::Capsule { radius, half_length } => {
-            (p - DVec3::Z * p.z.clamp(-half_length, half_length)).length() <= radius
-        }
-        _ => false,
-    }
+    site.holds(placed.inverse().transform_point(point))
 }
 
 /// MuJoCo's first tangent: the y axis made orthogonal to the normal, or z where the normal is along y.

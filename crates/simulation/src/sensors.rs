@@ -16,6 +16,7 @@ use crate::along_lengths::{actuator_force, tensions_into};
 use crate::contact_forces::{contact_force, contact_moments};
 use crate::contact_sensors::contact_sensor_into;
 use crate::held::held;
+use crate::source::ContactSource;
 use crate::workspace::Workspace;
 
 /// Numbers of all sensors at the beginning of the last step, in the order of the model's sensors.
@@ -151,6 +152,20 @@ fn measure(model: &Model, workspace: &Workspace, dt: f64, kind: SensorKind, out:
             let drives = |a: &usize| model.actuators[*a].transmission == Transmission::Tendon(tendon);
             out[0] = (0..model.actuators.len()).filter(drives).map(|a| actuator_force(workspace, a, dt)).sum();
         }
+        SensorKind::JointLimitForce(id) => {
+            out[0] = limit_force(
+                workspace,
+                dt,
+                |source| matches!(source, ContactSource::Limit { joint, .. } if joint == id),
+            );
+        }
+        SensorKind::TendonLimitForce(id) => {
+            out[0] = limit_force(
+                workspace,
+                dt,
+                |source| matches!(source, ContactSource::TendonLimit { tendon, .. } if tendon == id),
+            );
+        }
         SensorKind::Accelerometer(site) => {
             vector(in_site(site, acceleration(model, workspace, FrameId::Site(site)).1), out);
         }
@@ -162,6 +177,13 @@ fn measure(model: &Model, workspace: &Workspace, dt: f64, kind: SensorKind, out:
         SensorKind::Contacts(sensor) => contact_sensor_into(model, workspace, dt, &sensor, out),
         _ => {}
     }
+}
+
+/// Force of the limits from a source, N or N·m.
+fn limit_force(workspace: &Workspace, dt: f64, is_source: impl Fn(ContactSource) -> bool) -> f64 {
+    let limits = workspace.contact_points().len()..workspace.problem().contact_count();
+    let own = limits.filter(|&i| workspace.contact_source(i).is_some_and(&is_source));
+    own.map(|i| workspace.contact_impulse(i)[0] / dt).sum()
 }
 
 /// Numbers of the sensors that ask how fast what sticks closes, which contacts tell and no state.

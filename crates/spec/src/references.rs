@@ -113,11 +113,23 @@ impl Refers for Sensor {
             K::JointPosition(id)
             | K::JointVelocity(id)
             | K::JointActuatorForce(id)
+            | K::JointLimitPosition(id)
+            | K::JointLimitVelocity(id)
+            | K::JointLimitForce(id)
             | K::BallQuaternion(id)
             | K::BallAngularVelocity(id) => places.joint(id),
-            K::TendonPosition(id) | K::TendonVelocity(id) | K::TendonActuatorForce(id) => places.tendon(id),
+            K::TendonPosition(id)
+            | K::TendonVelocity(id)
+            | K::TendonActuatorForce(id)
+            | K::TendonLimitPosition(id)
+            | K::TendonLimitVelocity(id)
+            | K::TendonLimitForce(id) => places.tendon(id),
             K::ActuatorPosition(id) | K::ActuatorVelocity(id) | K::ActuatorForce(id) => places.actuator(id),
             K::Magnetometer(id) | K::Rangefinder(id) => places.site(id),
+            K::InsideSite(own, id) => {
+                frame(own)?;
+                places.site(id)
+            }
             K::CameraProjection(id, camera) => {
                 places.site(id)?;
                 places.camera(camera)
@@ -149,7 +161,7 @@ impl Refers for Sensor {
             K::SubtreeCenterOfMass(id) | K::SubtreeLinearVelocity(id) | K::SubtreeAngularMomentum(id) => {
                 places.body(id)
             }
-            K::Clock => Ok(()),
+            K::PotentialEnergy | K::KineticEnergy | K::Clock => Ok(()),
         }
     }
 }

@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use signorini_contact::ContactProblem;
 use signorini_contact::statics::certify_mechanism;
+use signorini_multibody::convex_outline;
 use signorini_multibody::glam::DVec2;
 
 use crate::family::{Family, Kind};
@@ -181,41 +182,7 @@ pub(crate) fn nearest_side(corners: &[DVec2]) -> (DVec2, f64) {
     sides.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((DVec2::X, 0.0))
 }
 
-/// The convex hull, counter-clockwise (A. M. Andrew, Inf. Process. Lett. 9, 1979).
-fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    // One zero alone: in the order of numbers the negative one comes first, whatever y is.
-    points.iter_mut().for_each(|p| *p += DVec2::ZERO);
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    if points.len() < 3 {
-        return points;
-    }
-    let chain = |along: &mut dyn Iterator<Item = DVec2>| {
-        let mut corners: Vec<DVec2> = Vec::new();
-        for point in along {
-            while let [.., a, b] = corners[..]
-                && (b - a).perp_dot(point - b) <= 0.0
-            {
-                corners.pop();
-            }
-            corners.push(point);
-        }
-        corners.pop();
-        corners
-    };
-    let mut corners = chain(&mut points.iter().copied());
-    corners.extend(chain(&mut points.iter().rev().copied()));
-    corners
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn zeros_of_either_sign_are_one_number() {
-        let points = [(-0.0, 4.0), (0.0, -6.0), (0.0, 0.0), (6.0, -6.0), (6.0, 4.0), (-0.0, 1.0)];
-        let corners = hull(points.map(DVec2::from).to_vec());
-        assert_eq!(corners, [(0.0, -6.0), (6.0, -6.0), (6.0, 4.0), (0.0, 4.0)].map(DVec2::from));
-    }
+/// The corners of the convex hull, counter-clockwise.
+fn hull(points: Vec<DVec2>) -> Vec<DVec2> {
+    convex_outline(&points).into_iter().map(|k| points[k]).collect()
 }

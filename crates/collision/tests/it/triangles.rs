@@ -65,6 +65,47 @@ fn flush_boxes_of_triangles_touch_as_boxes_do() {
     }
 }
 
+/// A box and a solid of triangles with sides in common planes, on each other or beside each other, touch where two boxes do, however much they overlap:
+/// what stands on a solid is not touched by its side walls from within.
+#[test]
+fn a_box_and_a_flush_box_of_triangles_touch_as_boxes_do() {
+    let ([x, y, z], mut random) = ([0.3, 0.4, 0.2], Random(35));
+    let (solid, shell) = (cuboid(x, y, z), box_mesh(x, y, z));
+    for gap in [-1e-3, -1e-5, -1e-9, 0.0, 1e-9, 1e-5] {
+        for place in [[0.0, 0.0, 2.0 * z + gap], [0.1, 0.0, 2.0 * z + gap], [0.0, 2.0 * y + gap, 0.1]] {
+            for _ in 0..20 {
+                let frame = Pose::new(random.vector(), random.rotation());
+                let on_top = frame * at(place[0], place[1], place[2]);
+                let expected = meet(&solid, frame, &solid, on_top, 1e-4);
+                for (below, above) in [(&solid, &shell), (&shell, &solid)] {
+                    let found = meet(below, frame, above, on_top, 1e-4);
+                    assert_eq!(found.len(), 4, "{found:#?}");
+                    assert!(same_places(&expected, &found, 1e-6), "{expected:#?}\n{found:#?}");
+                    assert!(found.iter().all(|c| (c.normal - expected[0].normal).length() < 1e-9), "{found:#?}");
+                    assert!(found.iter().all(|c| (c.gap - gap).abs() < 1e-12), "{found:#?}");
+                }
+            }
+        }
+    }
+}
+
+/// What is within a closed surface touches it from within, as a ball in a room does.
+#[test]
+fn a_box_in_a_closed_room_touches_floor_and_wall() {
+    let (room, block) = (box_mesh(0.5, 0.4, 0.3), cuboid(0.1, 0.1, 0.1));
+    let mut random = Random(36);
+    for gap in [-1e-6, 0.0, 1e-6] {
+        let frame = Pose::new(random.vector(), random.rotation());
+        let found = meet(&room, frame, &block, frame * at(0.4 - gap, 0.03, -0.2 + gap), 1e-4);
+        for normal in [DVec3::Z, -DVec3::X].map(|n| frame.rotation * n) {
+            let along: Vec<&ContactPoint> = found.iter().filter(|c| (c.normal - normal).length() < 1e-9).collect();
+            assert_eq!(along.len(), 4, "{found:#?}");
+            assert!(along.iter().all(|c| (c.gap - gap).abs() < 1e-12), "{along:#?}");
+        }
+        assert_eq!(found.len(), 8, "{found:#?}");
+    }
+}
+
 /// A block of triangles that slides over the seam of two flush blocks is never pushed sideways.
 #[test]
 fn seams_of_flush_blocks_give_no_sideways_normals() {

@@ -203,8 +203,15 @@ impl<'a> Rows<'a> {
 
     /// The largest sum of terms of `J v^f`.
     pub fn terms(&self) -> f64 {
-        let every = self.normals.iter().chain(&self.bilateral).chain(self.tangents.iter().flatten());
-        every.map(|row| terms(row, &self.problem.free_velocity)).fold(0.0, f64::max)
+        let free = &self.problem.free_velocity;
+        let of_units = self.normals.iter().chain(self.tangents.iter().flatten()).map(|row| terms(row, free));
+        let root = |k: usize| self.mass.data[k * NV + k].sqrt();
+        let mut least = vec![0.0; NV];
+        for tree in trees(&self.mass) {
+            let fastest = tree.iter().map(|&k| root(k) * free[k].abs()).fold(0.0, f64::max);
+            tree.iter().for_each(|&k| least[k] = fastest / root(k));
+        }
+        of_units.chain(self.bilateral.iter().map(|row| terms(row, &least))).fold(0.0, f64::max)
     }
 }
 

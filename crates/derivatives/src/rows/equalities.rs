@@ -10,15 +10,25 @@ use super::system::{ModeRows, Mover, Push, Step, movers};
 use super::tendons::{add_turning, measure};
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
+/// Rows that the step's problem leaves out, since others say the same or nothing moves them, as if they were in it with impulses of zero.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LeftOut {
+    pub rows: ModeRows,
+    /// The constraint of each row, and the largest motion of one of its ends by a degree of freedom, of which the row is the difference.
+    pub of: Vec<(usize, f64)>,
+}
+
+/// Adds the rows that are in the step's problem to `rows`, and the others to `left_out`.
 pub(super) fn add(
     step: &Step,
     margins: &mut Vec<Margin>,
-    rows: &mut ModeRows,
+    (rows, left_out): (&mut ModeRows, &mut LeftOut),
     turning: &mut [f64],
     scratch: &mut Scratch,
 ) -> Result<(), String> {
     let mut block = scratch.block.take().unwrap_or_else(|| EqualityBlock::new(step.model));
-    let result = add_rows(step, &mut block, margins, rows, turning, scratch);
+    let result = add_rows(step, &mut block, margins, rows, turning, scratch)
+        .and_then(|()| add_left_out(step, &mut block, margins, left_out, turning, scratch));
     scratch.block = Some(block);
     result
 }
@@ -45,28 +55,90 @@ fn add_rows(
             return Err(refuse("it is restored at a bounded speed"));
         }
         let (columns, entries) = problem.bilateral_jacobian.group(k);
-        let part_of_dt = step.settings.stabilization / problem.timestep;
-        let row = rows.push(InequalitySource::Bilateral(k));
-        for (&column, entry) in columns.iter().zip(entries) {
-            let k = column as usize;
-            (row.held[k], row.impulse[k]) = (entry[0], entry[0]);
-            row.by_configuration[k] = part_of_dt * entry[0];
+        let row = Row {
+            kind: &equality.kind,
+            part,
+            axis,
+            source: InequalitySource::Bilateral(k),
+            lambda: step.solution.bilateral[k],
+        };
+        let entries = columns.iter().zip(entries).map(|(&column, entry)| (column as usize, entry[0]));
+        row.push(step, entries, margins, rows, turning, scratch).map_err(refuse)?;
+        add_violation(rows.len() - 1, violation, problem.timestep, step.directions, rows);
+    }
+    Ok(())
+}
+
+fn add_left_out(
+    step: &Step,
+    block: &mut EqualityBlock,
+    margins: &mut Vec<Margin>,
+    left_out: &mut LeftOut,
+    turning: &mut [f64],
+    scratch: &mut Scratch,
+) -> Result<(), String> {
+    left_out.rows.clear(step.model, 0);
+    left_out.of.clear();
+    let mut there = (0..).map_while(|k| step.workspace.bilateral_row(k)).peekable();
+    for (e, equality) in step.model.equalities.iter().enumerate() {
+        for part in 0..equality.kind.block_count() {
+            equality_block_into(step.model, step.workspace.kinematics(), &step.state.q, &equality.kind, part, block);
+            for axis in 0..block.count {
+                if there.next_if_eq(&[e, part, axis]).is_some() {
+                    continue;
+                }
+                let source = InequalitySource::Bilateral(step.solution.bilateral.len() + left_out.of.len());
+                let row = Row { kind: &equality.kind, part, axis, source, lambda: 0.0 };
+                let entries = block.rows.dofs.iter().zip(&block.rows.columns).map(|(&dof, column)| (dof, column[axis]));
+                row.push(step, entries, margins, &mut left_out.rows, turning, scratch)
+                    .map_err(|reason| format!("constraint '{}': {reason}", equality.name))?;
+                left_out.of.push((e, row.largest_motion(step, scratch)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A row of a constraint.
+struct Row<'a> {
+    kind: &'a EqualityKind,
+    part: usize,
+    axis: usize,
+    source: InequalitySource,
+    /// Its impulse, N·s or N·m·s.
+    lambda: f64,
+}
+
+impl Row<'_> {
+    /// Adds it to `rows`, and how its impulse turns to `turning`.
+    ///
+    /// - `entries`: degrees of freedom with what they change of the violation
+    fn push(
+        &self,
+        step: &Step,
+        entries: impl Iterator<Item = (usize, f64)> + Clone,
+        margins: &mut Vec<Margin>,
+        rows: &mut ModeRows,
+        turning: &mut [f64],
+        scratch: &mut Scratch,
+    ) -> Result<(), &'static str> {
+        let &Self { kind, part, axis, source, lambda } = self;
+        let part_of_dt = step.settings.stabilization / step.workspace.problem().timestep;
+        let row = rows.push(source);
+        for (k, entry) in entries.clone() {
+            (row.held[k], row.impulse[k]) = (entry, entry);
+            row.by_configuration[k] = part_of_dt * entry;
         }
         let slopes = row.by_configuration;
-        let lambda = step.solution.bilateral[k];
-        match equality.kind {
+        match *kind {
             EqualityKind::Tendon { tendon, driver, polynomial } => {
-                let pull = Follower { tendon, driver, polynomial, source: InequalitySource::Bilateral(k) };
-                pull.turn(step, lambda, margins, (slopes, turning), scratch).map_err(refuse)?;
-                for (&column, entry) in columns.iter().zip(entries) {
-                    rows.coordinate_impulse[column as usize] += lambda * entry[0];
-                }
+                let pull = Follower { tendon, driver, polynomial, source };
+                pull.turn(step, lambda, margins, (slopes, turning), scratch)?;
+                entries.for_each(|(k, entry)| rows.coordinate_impulse[k] += lambda * entry);
             }
             EqualityKind::Joint { driver, polynomial, .. } => {
                 bend(step, driver, polynomial, lambda, (slopes, turning));
-                for (&column, entry) in columns.iter().zip(entries) {
-                    rows.coordinate_impulse[column as usize] += lambda * entry[0];
-                }
+                entries.for_each(|(k, entry)| rows.coordinate_impulse[k] += lambda * entry);
             }
             EqualityKind::Weld { body_a, frame_a, body_b, frame_b } if part == 1 => {
                 let pair = Pair::new(step, [(body_a, DVec3::ZERO), (body_b, DVec3::ZERO)], &mut scratch.list);
@@ -88,9 +160,27 @@ fn add_rows(
                 pair.act(step, axis, lambda, list, rows, turning);
             }
         }
-        add_violation(rows.len() - 1, violation, problem.timestep, step.directions, rows);
+        Ok(())
     }
-    Ok(())
+
+    /// The largest displacement of one of the two ends, m or rad, by a degree of freedom; 1 of coupled coordinates.
+    fn largest_motion(&self, step: &Step, scratch: &mut Scratch) -> f64 {
+        let ends = match *self.kind {
+            EqualityKind::Tendon { .. } | EqualityKind::Joint { .. } => return 1.0,
+            EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
+                [(body_a, frame_a.position), (body_b, frame_b.position)]
+            }
+            EqualityKind::Connect { body_a, point_a, body_b, point_b } => [(body_a, point_a), (body_b, point_b)],
+        };
+        let is_angular = matches!(self.kind, EqualityKind::Weld { .. }) && self.part == 1;
+        let pair = Pair::new(step, ends, &mut scratch.list);
+        let moved = scratch.list.iter().flat_map(|mover| (0..2).filter(|&s| mover.of[s]).map(|s| (mover.dof, s)));
+        let size = moved.map(|(dof, s)| {
+            let displacement = step.end.displacement(dof, pair.points[s]);
+            if is_angular { displacement.angular.length() } else { displacement.linear.length() }
+        });
+        size.fold(0.0, f64::max)
+    }
 }
 
 /// A row of coupled joints turns with the driver's coordinate, by the second derivative of the polynomial.

@@ -159,6 +159,34 @@ fn products_are_those_of_the_matrices() {
     assert!((forward - backward).abs() < 1e-9 * (1.0 + forward.abs()), "{forward} {backward}");
 }
 
+/// A body that slides along another one and is connected with it at a point: at that point the connection holds the slide alone, and beside it every rotation across the
+/// slide. Turning bodies have no derivative there, and hanging ones, whose slide the connection holds, have one.
+#[test]
+fn a_connection_along_a_slide_is_not_called_exact_where_its_rows_part() {
+    let text = "<mujoco><option timestep='0.01'/><worldbody><body name='a' pos='0 0 1'><freejoint/><geom type='box' size='.1 .08 .06'/>
+        <body name='b' pos='.2 .1 .1'><joint type='slide' axis='1 .3 .2' damping='.5'/><geom size='.05'/></body></body></worldbody>
+      <equality><connect body1='a' body2='b' anchor='0 0 .05'/></equality></mujoco>";
+    let [exact, _, refused] = no_false_exact(text, 0..3, 20, [0.0, 0.5, 0.1]);
+    assert!(refused > 50, "{exact} exact, {refused} refused");
+    let mut bench = Bench::new(model_of(text), Settings::default());
+    let (state, input) = bench.start();
+    bench.differentiate(&state, &input).expect("a step");
+    assert!(bench.is_exact(), "{:?}", bench.derivatives.validity());
+}
+
+/// The rows of a planar loop that follow from others follow from them wherever the loop goes.
+#[test]
+fn a_planar_loop_in_space_is_exact() {
+    let text = "<mujoco><option timestep='0.005'/><worldbody>
+        <body name='left'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 0 0 -1' size='.03'/>
+          <body name='bar' pos='0 0 -1'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 1 0 0' size='.03'/></body></body>
+        <body name='right' pos='1 0 0'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 0 0 -1' size='.03'/></body></worldbody>
+      <contact><exclude body1='left' body2='bar'/><exclude body1='bar' body2='right'/><exclude body1='left' body2='right'/></contact>
+      <equality><connect body1='bar' body2='right' anchor='1 0 0'/></equality></mujoco>";
+    let [exact, one_sided, refused] = no_false_exact(text, 0..3, 20, [0.0, 0.5, 0.1]);
+    assert!(exact > 50 && one_sided + refused == 0, "{exact} {one_sided} {refused}");
+}
+
 #[test]
 fn a_stack_at_rest_is_differentiable_though_its_impulses_are_not_unique() {
     let mut bench =

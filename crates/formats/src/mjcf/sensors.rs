@@ -53,6 +53,7 @@ fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
         Ok(Ok(make(joint.id)))
     };
     let at_site = |make: fn(SiteId) -> SensorKind| Ok(Ok(make(site(importer, a, "site")?)));
+    let of_joint = |make: fn(signorini_multibody::JointId) -> SensorKind| Ok(Ok(make(joint(importer, a)?.id)));
     let of_tendon = |make: fn(TendonId) -> SensorKind| Ok(tendon(importer, a, "tendon")?.map(make));
     let of_actuator = |make: fn(ActuatorId) -> SensorKind| Ok(actuator(importer, a)?.map(make));
     let of_subtree = |make: fn(BodyId) -> SensorKind| Ok(Ok(make(body(importer, a, "body")?)));
@@ -62,6 +63,12 @@ fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
         "jointpos" => scalar(JointPosition),
         "jointvel" => scalar(JointVelocity),
         "jointactuatorfrc" => scalar(JointActuatorForce),
+        "jointlimitpos" => of_joint(JointLimitPosition),
+        "jointlimitvel" => of_joint(JointLimitVelocity),
+        "jointlimitfrc" => of_joint(JointLimitForce),
+        "tendonlimitpos" => of_tendon(TendonLimitPosition),
+        "tendonlimitvel" => of_tendon(TendonLimitVelocity),
+        "tendonlimitfrc" => of_tendon(TendonLimitForce),
         "ballquat" => ball(BallQuaternion),
         "ballangvel" => ball(BallAngularVelocity),
         "tendonpos" => of_tendon(TendonPosition),
@@ -108,6 +115,12 @@ fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
             let camera = camera.ok_or_else(|| a.unknown("camera", "camera", names()))?;
             Ok(Ok(CameraProjection(site(importer, a, "site")?, CameraId(camera as u32))))
         }
+        "insidesite" => {
+            let site = site(importer, a, "site")?;
+            Ok(frame(importer, a, "objtype", "objname")?.map(|own| InsideSite(own, site)))
+        }
+        "e_potential" => Ok(Ok(PotentialEnergy)),
+        "e_kinetic" => Ok(Ok(KineticEnergy)),
         "clock" => Ok(Ok(Clock)),
         _ => Ok(Err("this sort of sensor is not supported".into())),
     }

@@ -183,6 +183,12 @@ pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
         K::JointPosition(id) => joint("jointpos", id.index()),
         K::JointVelocity(id) => joint("jointvel", id.index()),
         K::JointActuatorForce(id) => joint("jointactuatorfrc", id.index()),
+        K::JointLimitPosition(id) => joint("jointlimitpos", id.index()),
+        K::JointLimitVelocity(id) => joint("jointlimitvel", id.index()),
+        K::JointLimitForce(id) => joint("jointlimitfrc", id.index()),
+        K::TendonLimitPosition(id) => tendon("tendonlimitpos", id.index()),
+        K::TendonLimitVelocity(id) => tendon("tendonlimitvel", id.index()),
+        K::TendonLimitForce(id) => tendon("tendonlimitfrc", id.index()),
         K::BallQuaternion(id) => joint("ballquat", id.index()),
         K::BallAngularVelocity(id) => joint("ballangvel", id.index()),
         K::TendonPosition(id) => tendon("tendonpos", id.index()),
@@ -218,6 +224,9 @@ pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
         K::CameraProjection(id, camera) => {
             site("camprojection", id.index()).with("camera", &model.cameras[camera.index()].name)
         }
+        K::InsideSite(own, id) => framed("insidesite", own, None).with("site", &model.sites[id.index()].name),
+        K::PotentialEnergy => Tag::new("e_potential"),
+        K::KineticEnergy => Tag::new("e_kinetic"),
         K::Clock => Tag::new("clock"),
     };
     let tag = tag.with("name", &sensor.name);

@@ -22,13 +22,13 @@ fn ignored_attributes_are_grouped_and_placed() {
 fn unsupported_sections_are_listed() {
     let text = "<worldbody><body name='b'><joint name='j'/><geom size='.1'/><site name='s'/><camera/><light/></body></worldbody>\n\
                 <equality><joint joint1='j'/></equality>\n<deformable/>\n\
-                <actuator><general slidersite='s' cranksite='s'/><motor name='m' joint='j'/></actuator>\n<sensor><gyro site='s'/><insidesite site='s'/></sensor>\n\
+                <actuator><general slidersite='s' cranksite='s'/><motor name='m' joint='j'/></actuator>\n<sensor><gyro site='s'/><tactile geom='g' mesh='m'/></sensor>\n\
                 <keyframe><key ctrl='3 4'/></keyframe>";
     let Imported { model, report, .. } = import(text);
     let motion: Vec<(u32, &str)> = report.motion_warnings().map(|w| (w.line, w.element.as_str())).collect();
     assert_eq!(motion, [(5, "general"), (4, "deformable")]);
     let other: Vec<&str> = report.warnings.iter().filter(|w| !w.changes_motion).map(|w| w.element.as_str()).collect();
-    assert_eq!(other, ["insidesite"]);
+    assert_eq!(other, ["tactile"]);
     // The control of the actuator that is left out is left out of the keyframe too.
     assert_eq!((model.actuators[0].name.as_str(), model.keyframes[0].control.as_slice()), ("m", &[4.0][..]));
 }

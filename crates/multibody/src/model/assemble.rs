@@ -151,6 +151,9 @@ impl Parts {
                 SensorKind::JointPosition(joint)
                 | SensorKind::JointVelocity(joint)
                 | SensorKind::JointActuatorForce(joint)
+                | SensorKind::JointLimitPosition(joint)
+                | SensorKind::JointLimitVelocity(joint)
+                | SensorKind::JointLimitForce(joint)
                 | SensorKind::BallQuaternion(joint)
                 | SensorKind::BallAngularVelocity(joint) => renumber(joint),
                 _ => {}

@@ -114,6 +114,9 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
             JointPosition(joint) | JointVelocity(joint) | JointActuatorForce(joint) => {
                 scalar_joint(model, part, joint, "this sensor needs a hinge or slide")?;
             }
+            JointLimitPosition(joint) | JointLimitVelocity(joint) | JointLimitForce(joint) => {
+                at("joint", joint.index(), model.joints.len())?;
+            }
             BallQuaternion(joint) | BallAngularVelocity(joint) => {
                 at("joint", joint.index(), model.joints.len())?;
                 let joint = &model.joints[joint.index()];
@@ -123,7 +126,12 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
                     return Err(ModelError::InvalidJoint { joint: joint.name.clone(), body, reason });
                 }
             }
-            TendonPosition(tendon) | TendonVelocity(tendon) | TendonActuatorForce(tendon) => {
+            TendonPosition(tendon)
+            | TendonVelocity(tendon)
+            | TendonActuatorForce(tendon)
+            | TendonLimitPosition(tendon)
+            | TendonLimitVelocity(tendon)
+            | TendonLimitForce(tendon) => {
                 at("tendon", tendon.index(), model.tendons.len())?;
             }
             ActuatorPosition(actuator) | ActuatorVelocity(actuator) | ActuatorForce(actuator) => {
@@ -131,6 +139,10 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
             }
             Velocimeter(id) | Gyro(id) | Accelerometer(id) | Force(id) | Torque(id) | Touch(id) => site(id)?,
             Magnetometer(id) | Rangefinder(id) => site(id)?,
+            InsideSite(own, id) => {
+                frame(own)?;
+                site(id)?;
+            }
             CameraProjection(id, camera) => {
                 site(id)?;
                 at("camera", camera.index(), model.cameras.len())?;
@@ -161,7 +173,7 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
             }
             FrameLinearAcceleration(id) | FrameAngularAcceleration(id) => frame(id)?,
             SubtreeCenterOfMass(id) | SubtreeLinearVelocity(id) | SubtreeAngularMomentum(id) => body(id)?,
-            Clock => {}
+            PotentialEnergy | KineticEnergy | Clock => {}
         }
         if let Some(cutoff) = sensor.cutoff {
             number(part, "cutoff", "positive and finite", cutoff, |x| x > 0.0)?;

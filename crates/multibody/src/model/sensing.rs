@@ -1,6 +1,7 @@
 //! Sites and the sensors that measure at them.
 
 use derive_setters::Setters;
+use glamx::glam::DVec3;
 
 use super::{ActuatorId, BodyId, CameraId, ContactSensor, GeomId, Geometry, JointId, SiteId, TendonId};
 use crate::math::Pose;
@@ -28,6 +29,21 @@ impl Site {
     pub fn new(name: impl Into<String>) -> Self {
         let zone = Geometry::Sphere { radius: 0.005 };
         Self { name: name.into(), body: BodyId::WORLD, placement: Pose::IDENTITY, zone }
+    }
+
+    /// Whether a point in the site's frame lies in its zone.
+    pub fn holds(&self, p: DVec3) -> bool {
+        let beside = |radius: f64| p.x.hypot(p.y) <= radius;
+        match self.zone {
+            Geometry::Sphere { radius } => p.length() <= radius,
+            Geometry::Ellipsoid { semi_axes } => (p / semi_axes).length() <= 1.0,
+            Geometry::Box { half_extents } => p.abs().cmple(half_extents).all(),
+            Geometry::Cylinder { radius, half_length } => beside(radius) && p.z.abs() <= half_length,
+            Geometry::Capsule { radius, half_length } => {
+                (p - DVec3::Z * p.z.clamp(-half_length, half_length)).length() <= radius
+            }
+            _ => false,
+        }
     }
 }
 
@@ -90,6 +106,18 @@ pub enum SensorKind {
     JointActuatorForce(JointId),
     /// Force of all actuators that drive a tendon, before their gears, N or N·m (`tendonactuatorfrc`).
     TendonActuatorForce(TendonId),
+    /// Distance to the nearest limit of a joint where it is passed, else 0, rad or m (`jointlimitpos`).
+    JointLimitPosition(JointId),
+    /// Rate of that distance where the limit is passed, else 0, rad/s or m/s (`jointlimitvel`).
+    JointLimitVelocity(JointId),
+    /// Force of the limits of a joint, N·m or N (`jointlimitfrc`).
+    JointLimitForce(JointId),
+    /// Distance to the nearest limit of a tendon where it is passed, else 0, m or rad (`tendonlimitpos`).
+    TendonLimitPosition(TendonId),
+    /// Rate of that distance where the limit is passed, else 0 (`tendonlimitvel`).
+    TendonLimitVelocity(TendonId),
+    /// Force of the limits of a tendon, N or N·m (`tendonlimitfrc`).
+    TendonLimitForce(TendonId),
     /// Quaternion of a ball joint (`ballquat`).
     BallQuaternion(JointId),
     /// Angular velocity of a ball joint in the axes after it, rad/s (`ballangvel`).
@@ -153,6 +181,12 @@ pub enum SensorKind {
     CameraProjection(SiteId, CameraId),
     /// Contacts between two sides (`contact`).
     Contacts(ContactSensor),
+    /// 1 where the origin of a frame lies in the zone of the site, else 0 (`insidesite`).
+    InsideSite(FrameId, SiteId),
+    /// Potential energy of gravity and springs, J (`e_potential`): [`potential_energy`](crate::potential_energy).
+    PotentialEnergy,
+    /// Kinetic energy, J (`e_kinetic`): [`kinetic_energy`](crate::kinetic_energy).
+    KineticEnergy,
     /// Time, s (`clock`).
     Clock,
 }
@@ -173,6 +207,15 @@ impl SensorKind {
             | Self::Touch(_)
             | Self::Rangefinder(_)
             | Self::ShapeDistance(..)
+            | Self::JointLimitPosition(_)
+            | Self::JointLimitVelocity(_)
+            | Self::JointLimitForce(_)
+            | Self::TendonLimitPosition(_)
+            | Self::TendonLimitVelocity(_)
+            | Self::TendonLimitForce(_)
+            | Self::InsideSite(..)
+            | Self::PotentialEnergy
+            | Self::KineticEnergy
             | Self::Clock => 1,
             Self::CameraProjection(..) => 2,
             Self::BallQuaternion(_) | Self::FrameQuaternion(..) => 4,
@@ -188,6 +231,8 @@ impl SensorKind {
             self,
             Self::JointActuatorForce(_)
                 | Self::TendonActuatorForce(_)
+                | Self::JointLimitForce(_)
+                | Self::TendonLimitForce(_)
                 | Self::ActuatorForce(_)
                 | Self::Accelerometer(_)
                 | Self::Force(_)

@@ -355,3 +355,60 @@ fn a_cutoff_bounds_what_is_measured() {
     ray.cut_off(&mut values);
     assert_eq!(values, [-0.2, 0.1, 0.2], "MuJoCo 4.0.0 bounds the -1 of a ray that meets nothing, too");
 }
+
+/// Only the limit that is passed is told of, with what it is passed by and how fast; a ball joint has a cone.
+#[test]
+fn limits_are_measured_where_they_are_passed() {
+    use SensorKind::{JointLimitPosition, JointLimitVelocity, TendonLimitPosition, TendonLimitVelocity};
+    let mut builder = ModelBuilder::new("limits");
+    let shape = || Geom::from(Geometry::Sphere { radius: 0.1 });
+    let hinge = Joint::new("hinge", JointKind::Hinge { axis: DVec3::Z }).with_limits([-0.5, 0.75]);
+    let ball = Joint::new("ball", JointKind::Ball).with_limits([0.0, 0.5]);
+    let arm = builder.body("arm").joint(hinge).solid(shape(), 1.0).add().unwrap();
+    builder.body("hand").on(arm).joint(ball).solid(shape(), 1.0).add().unwrap();
+    builder.add_tendon(Tendon::new("tendon", vec![(JointId(0), 2.0)]).with_limits([-2.0, 1.0]));
+    let (hinge, ball, tendon) = (JointId(0), JointId(1), TendonId(0));
+    let kinds =
+        [JointLimitPosition(hinge), JointLimitVelocity(hinge), JointLimitPosition(ball), JointLimitVelocity(ball)];
+    for kind in kinds.into_iter().chain([TendonLimitPosition(tendon), TendonLimitVelocity(tendon)]) {
+        builder.add_sensor(Sensor::new(format!("{kind:?}"), kind));
+    }
+    let model = builder.build().unwrap();
+    let axis = DVec3::new(0.6, 0.0, -0.8);
+    let omega = DVec3::new(0.3, 5.0, 0.7);
+    // Angle and rate of the hinge, angle of the ball; then what is passed by how much.
+    let cases = [
+        ([0.25, 3.0, 0.25], [0.0; 6]),
+        ([-0.75, 3.0, 0.75], [-0.25, 3.0, -0.25, -axis.dot(omega), 0.0, 0.0]),
+        ([1.0, 3.0, 0.5], [-0.25, -3.0, 0.0, 0.0, -1.0, -6.0]),
+    ];
+    for ([angle, rate, turn], wanted) in cases {
+        let r = DQuat::from_axis_angle(axis, turn);
+        let q = vec![angle, r.w, r.x, r.y, r.z];
+        let found: Vec<f64> = measured(&model, &State::at(q, vec![rate, omega.x, omega.y, omega.z])).concat();
+        assert!(found.iter().zip(wanted).all(|(x, y)| (x - y).abs() < 1e-15), "{angle}, {turn}: {found:?}");
+    }
+}
+
+/// The energy of a body that falls freely stays, and is what its height and speed make of it; a site notices what is in its zone.
+#[test]
+fn energies_and_zones_are_measured() {
+    let mut builder = ModelBuilder::new("falling");
+    let half_extents = DVec3::new(0.1, 0.2, 0.3);
+    let body = builder.body("box").free().solid(Geom::from(Geometry::Box { half_extents }), 2.0).add().unwrap();
+    let site = Site::new("gate").with_placement([1.0, 0.0, 0.0]).with_zone(Geometry::Box { half_extents });
+    builder.add_site(BodyId::WORLD, site).unwrap();
+    let inside = SensorKind::InsideSite(FrameId::Body(body), SiteId(0));
+    for kind in [SensorKind::PotentialEnergy, SensorKind::KineticEnergy, inside] {
+        builder.add_sensor(Sensor::new(format!("{kind:?}"), kind));
+    }
+    let model = builder.build().unwrap();
+    for (place, is_inside) in [([1.09, -0.19, 0.29], 1.0), ([1.11, 0.0, 0.0], 0.0), ([1.0, 0.0, -0.31], 0.0)] {
+        let q = vec![place[0], place[1], place[2], 1.0, 0.0, 0.0, 0.0];
+        let found = measured(&model, &State::at(q, vec![3.0, 0.0, 4.0, 0.0, 0.0, 0.5])).concat();
+        // A box turns about z with m (a² + b²)/12 of its sides.
+        let inertia = 2.0 * (0.2 * 0.2 + 0.4 * 0.4) / 12.0;
+        let wanted = [2.0 * 9.81 * place[2], 0.5 * 2.0 * 25.0 + 0.5 * inertia * 0.25, is_inside];
+        assert!(found.iter().zip(wanted).all(|(x, y)| (x - y).abs() < 1e-12), "{found:?}, not {wanted:?}");
+    }
+}

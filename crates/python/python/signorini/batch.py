@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, Optional, Sequence, Tuple, Type
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,9 @@ class Batch(Strict, _core.Batch):
     """Independent simulations of one model, stepped on threads; each makes the steps that it would make alone, bit for bit.
 
     ``time``, ``qpos``, ``qvel``, ``act``, ``ctrl``, ``mocap_pos`` and ``mocap_quat`` are live views with one row per simulation.
+
+    A copy, or a pickle read in another process, goes on with the same bits: states, inputs, warm starts and changed parameters are in it, results and sums of
+    past steps are not.
 
     Args:
         model: the model.
@@ -75,5 +78,21 @@ class Batch(Strict, _core.Batch):
         """
         return tuple(self._rollout(ctrl, nstep, list(record)))
 
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return _rebuild, (type(self), self.model, len(self), self.settings, self.nthread, self._save())
+
     def __repr__(self) -> str:
         return f"<signorini.Batch of {len(self)} simulations of '{self.model.name}'>"
+
+
+def _rebuild(
+    cls: Type[Batch],
+    model: Model,
+    nsim: int,
+    settings: Settings,
+    nthread: int,
+    saved: Sequence[Tuple[bytes, Sequence[Tuple[str, Sequence[float]]]]],
+) -> Batch:
+    batch = cls(model, nsim, settings, nthread)
+    batch._restore(saved)
+    return batch

@@ -92,6 +92,11 @@ def rollout(
     if not batch:
         qs, vs = function.apply(runner, qpos, qvel, ctrl, qfrc, theta)
         return qs, vs
+    if batch[0] == 0:
+        # The zero is of all arguments: their gradients are zero, not missing.
+        zero = ctrl.sum() + qfrc.sum() + 0.0 * theta.sum()
+        qs, vs = qpos[:, None].expand(0, n + 1, model.nq), qvel[:, None].expand(0, n + 1, model.nv)
+        return (qs + zero).to(qpos.dtype), (vs + zero).to(qpos.dtype)
     lanes = [function.apply(runner, *lane, theta) for lane in zip(qpos, qvel, ctrl, qfrc)]
     torch = _torch()
     return torch.stack([q for q, _ in lanes]), torch.stack([v for _, v in lanes])

@@ -83,8 +83,14 @@ impl Views {
         Ok(())
     }
 
-    /// Shows where the bodies stand that are moved from outside: only a reset changes that.
-    pub fn publish_mocap(&self, py: Python<'_>, batch: &mut Batch, i: usize) -> PyResult<()> {
+    /// Shows the control values of simulation `i`, zero where it has none, and where the bodies stand that are moved from outside: only a reset and
+    /// what is restored change these.
+    pub fn publish_input(&self, py: Python<'_>, batch: &mut Batch, i: usize) -> PyResult<()> {
+        let nu = batch.model().actuators.len();
+        let mut ctrl = self.ctrl.bind(py).try_readwrite()?;
+        let own = &mut ctrl.as_slice_mut()?[i * nu..(i + 1) * nu];
+        own.fill(0.0);
+        own.iter_mut().zip(&batch.input_mut(i).control).for_each(|(shown, control)| *shown = *control);
         let mut positions = self.mocap_pos.bind(py).try_readwrite()?;
         let mut rotations = self.mocap_quat.bind(py).try_readwrite()?;
         let poses = &batch.input_mut(i).mocap;

@@ -309,3 +309,24 @@ fn wrenches_of_contacts_change_the_momentum() {
         assert!(touched > 100, "{touched}");
     }
 }
+
+/// Level arms and a weight on a string: what holds them is the moment and the weight that gravity has, and limits that nothing meets have no force.
+#[test]
+fn limits_carry_what_leans_on_them() {
+    let text = "<mujoco><option timestep='0.002'/><compiler angle='radian'/><worldbody>
+        <body><joint name='down' axis='0 1 0' limited='true' range='-1 0'/>
+          <geom type='sphere' size='0.05' pos='0.5 0 0' mass='2' contype='0' conaffinity='0'/></body>
+        <body pos='0 3 0'><joint name='ball' type='ball' limited='true' range='0 0.3'/>
+          <geom type='sphere' size='0.05' pos='0.5 0 0' mass='2' contype='0' conaffinity='0'/></body>
+        <site name='nail' pos='0 5 1'/><body pos='0 5 0'><joint name='slide' type='slide' axis='0 0 1'/>
+          <geom type='sphere' size='0.05' mass='3' contype='0' conaffinity='0'/><site name='eye'/></body></worldbody>
+      <tendon><spatial name='string' limited='true' range='0 1'><site site='nail'/><site site='eye'/></spatial></tendon>
+      <sensor><jointlimitfrc joint='down'/><jointlimitfrc joint='ball'/><jointlimitfrc joint='slide'/><tendonlimitfrc tendon='string'/>
+        <jointlimitpos joint='down'/><tendonlimitpos tendon='string'/></sensor></mujoco>";
+    let mut simulation = stepped(text, &[]);
+    // The arm on a ball joint falls until its cone ends, and rests there.
+    (0..200).for_each(|_| _ = simulation.step().unwrap());
+    let weight = 2.0 * 9.81 * 0.5;
+    let found = simulation.sensors().to_vec();
+    assert_near(&found, &[weight, weight * 0.3_f64.cos(), 0.0, 3.0 * 9.81, 0.0, 0.0]);
+}

@@ -208,3 +208,20 @@ fn of_rows_that_follow_from_each_other_the_large_ones_stay() {
         assert_eq!(stay, [1, 2], "seed {seed}");
     }
 }
+
+/// A body of 5 kg falls, and with it two limbs on slides across the fall that three rows hold to each other: what these ask for is rounding of the fall, in which they
+/// contradict each other. What is more than that is a contradiction.
+#[test]
+fn rows_of_a_falling_loop_may_contradict_each_other_in_rounding() {
+    let mass = Dense::from_fn(3, 3, |i, j| [[5.0, 0.2, 0.1], [0.2, 1.0, 0.0], [0.1, 0.0, 0.5]][i][j]);
+    let mass = BlockDiagonal::from_dense(3, &mass.data).expect("symmetric");
+    for (off, wanted) in [(1e-18, true), (1e-9, false)] {
+        let mut problem = ContactProblem::new(mass.clone(), vec![-0.0981, 3e-17, -1e-17], 0.01).expect("valid data");
+        for (factor, violation) in [(1.0, off), (0.7, -off), (0.3, off)] {
+            problem.push_bilateral([(1, [factor]), (2, [-factor])], violation);
+        }
+        let solution = ContactSolver::default().solve(&problem, None);
+        assert_eq!(solution.status == SolveStatus::Solved, wanted, "{off:e}: {:?}", solution.certificate);
+        assert!((solution.velocity[0] + 0.0981).abs() < 1e-6, "{:?}", solution.velocity);
+    }
+}

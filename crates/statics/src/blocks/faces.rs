@@ -1,5 +1,6 @@
 //! Where faces of two solids lie on each other.
 
+use signorini_multibody::convex_outline;
 use signorini_multibody::glam::{DVec2, DVec3};
 use signorini_multibody::model::Mesh;
 
@@ -134,27 +135,12 @@ fn clipped(polygon: &[DVec3], on_plane: DVec3, normal: DVec3) -> Vec<DVec3> {
     out
 }
 
-/// A patch from points of a plane: the corners of their hull (A. Andrew, Inf. Proc. Letters 9, 1979).
-fn patch(mut points: Vec<DVec3>, normal: DVec3, tolerance: f64) -> Option<Patch> {
+/// A patch from points of a plane: the corners of their hull.
+fn patch(points: Vec<DVec3>, normal: DVec3, tolerance: f64) -> Option<Patch> {
     let across = normal.any_orthonormal_vector();
     let along = normal.cross(across);
-    // One zero alone: in the order of numbers the negative one comes first, whatever y is.
-    let flat = |p: &DVec3| DVec2::new(p.dot(across), p.dot(along)) + DVec2::ZERO;
-    points.sort_by(|p, q| flat(p).x.total_cmp(&flat(q).x).then(flat(p).y.total_cmp(&flat(q).y)));
-    let mut hull: Vec<DVec3> = Vec::new();
-    for pass in 0..2 {
-        let first = hull.len();
-        let is_inside = |a: &DVec3, b: &DVec3, c: &DVec3| (flat(b) - flat(a)).perp_dot(flat(c) - flat(a)) <= 0.0;
-        let ordered: Box<dyn Iterator<Item = &DVec3>> =
-            if pass == 0 { Box::new(points.iter()) } else { Box::new(points.iter().rev()) };
-        for p in ordered {
-            while hull.len() >= first + 2 && is_inside(&hull[hull.len() - 2], &hull[hull.len() - 1], p) {
-                hull.pop();
-            }
-            hull.push(*p);
-        }
-        hull.pop();
-    }
+    let flat: Vec<DVec2> = points.iter().map(|p| DVec2::new(p.dot(across), p.dot(along))).collect();
+    let hull = convex_outline(&flat).into_iter().map(|k| points[k]).collect();
     let corners = without_idle(hull, 0.1 * tolerance);
     (corners.len() >= 3).then_some(Patch { corners, normal })
 }

@@ -49,6 +49,10 @@ class _Episodes:
         self._renderer: Optional[Renderer] = None
         self._shown: Optional[Data] = None
 
+    def __getstate__(self) -> Dict[str, Any]:
+        """What goes into a pickle: the renderer is made anew where a picture is asked for."""
+        return {**self.__dict__, "_renderer": None, "_shown": None}
+
     def begin(self, i: int, rng: np.random.Generator) -> None:
         """Begins an episode in simulation ``i``."""
         self.batch.reset([i])
@@ -99,7 +103,7 @@ class _Episodes:
 class Env(gymnasium.Env[Array, Array]):
     """A task as an environment of Gymnasium.
 
-    Observations are ``float64``; actions beyond [-1, 1] are cut to it.
+    Observations are ``float64``; actions beyond [-1, 1] are cut to it. A pickle goes on in the middle of an episode with the same bits.
 
     Args:
         task: a task, or a name of ``TASKS``.
