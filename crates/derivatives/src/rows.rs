@@ -6,6 +6,7 @@ mod equalities;
 mod frames;
 mod gaps;
 mod others;
+mod pair;
 mod parameters;
 mod patch;
 mod scratch;
