@@ -243,10 +243,11 @@ fn bilateral_terms(problem: &ContactProblem, k: usize) -> f64 {
     let (mass, velocity) = (&problem.mass, &problem.free_velocity);
     let (columns, entries) = problem.bilateral_jacobian.group(k);
     let of_tree = |(block, part): (usize, std::ops::Range<usize>)| {
-        let mut fastest = 0.0;
-        mass.blocks()[block].range().for_each(|i| raise(&mut fastest, mass.get(i, i).sqrt() * velocity[i].abs()));
+        // One root for a column and none for the others: there are many rows to a tree.
+        let mut most = 0.0;
+        mass.blocks()[block].range().for_each(|i| raise(&mut most, mass.get(i, i) * velocity[i] * velocity[i]));
         let own = columns[part.clone()].iter().zip(&entries[part]);
-        own.map(|(&j, [entry])| entry.abs() * fastest / mass.get(j as usize, j as usize).sqrt()).sum::<f64>()
+        own.map(|(&j, [entry])| entry.abs() * (most / mass.get(j as usize, j as usize)).sqrt()).sum::<f64>()
     };
     mass.blocks_touched(columns).map(of_tree).sum()
 }

@@ -83,7 +83,7 @@ pub(crate) fn note_parameters(nv: usize, count: usize, system: &mut ModeSystem) 
 }
 
 /// The equality constraint that has a row that the step leaves out, as it follows from others or nothing moves it, and that no longer does so as soon
-/// as the state changes: a connection at a point that one of its bodies may leave along a line holds their rotation where it has done so.
+/// as the state changes: nothing moves the point of a parallelogram along the line on which all its links lie.
 pub(crate) fn departing_constraint(
     left_out: &LeftOut,
     (balance, system): (&BalanceDerivatives, &ModeSystem),

@@ -149,9 +149,15 @@ impl ContactSolver {
     }
 
     fn lacks(&self, island: Option<usize>) -> bool {
-        let lacks = |residual: &f64| *residual > self.settings.accept() || residual.is_nan();
-        let any = self.residuals.iter().any(lacks);
-        !any || island.is_some_and(|island| self.residuals.get(island).is_some_and(lacks))
+        self.lacking()(island.and_then(|island| self.residuals.get(island)).copied().unwrap_or(0.0))
+    }
+
+    /// Which residuals are those of islands whose laws do not hold; all, if none of the islands tells why the certificate does not.
+    fn lacking(&self) -> impl Fn(f64) -> bool + use<> {
+        let accept = self.settings.accept();
+        let lacks = move |residual: f64| residual > accept || residual.is_nan();
+        let any = self.residuals.iter().any(|residual| lacks(*residual));
+        move |residual| !any || lacks(residual)
     }
 
     /// The walk of a problem, without [continuation](crate::continuation).
@@ -312,11 +318,9 @@ impl ContactSolver {
         if !self.verdict.is_out_of_digits(solution) {
             return false;
         }
-        let lacks = |residual: f64| residual > self.settings.accept() || residual.is_nan();
-        let any_lacks = self.residuals.iter().any(|residual| lacks(*residual));
-        let accept = self.settings.accept();
+        let lacks = self.lacking();
         self.improve(problem, solution, |solver, solution| {
-            solver.run_cascade(problem, Look::Only, false, |_, residual| !any_lacks || residual > accept, solution);
+            solver.run_cascade(problem, Look::Only, false, |_, residual| lacks(residual), solution);
         });
         self.verdict.is_certified(solution)
     }
