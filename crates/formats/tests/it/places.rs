@@ -39,6 +39,22 @@ fn assets_of_included_files_lie_beside_the_main_file_or_beside_theirs() {
     assert!((mass(&mjcf(&files.path("robot/main.xml"))) - expected(0.3)).abs() < 1e-4);
 }
 
+/// The tip lies beside the finger, not beside the main file; MuJoCo 4.0 finds it, too. It takes one file in several
+/// places only by several names (symbolic links, as hands of the Shadow Robot Company have them).
+#[test]
+fn a_file_may_be_included_in_several_places_and_lie_beside_its_includer() {
+    let finger = "<mujocoinclude><geom size='.1'/><body><joint/><include file='tip.xml'/></body></mujocoinclude>";
+    let tip = "<mujocoinclude><geom size='.2'/></mujocoinclude>";
+    let body = "<body><freejoint/><include file='parts/finger.xml'/></body>";
+    let main = &format!("<mujoco><worldbody>{body}{body}</worldbody></mujoco>");
+    let files =
+        Files::new("several-places", &[("main.xml", main), ("parts/finger.xml", finger), ("parts/tip.xml", tip)]);
+    let model = mjcf(&files.path("main.xml"));
+    let sphere = |radius: f64| 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    assert_eq!(model.bodies.len(), 5);
+    assert!((mass(&model) - 2.0 * (sphere(0.1) + sphere(0.2))).abs() < 1e-9, "{}", mass(&model));
+}
+
 /// MuJoCo 4.0 keeps the names as they are, and gives `hand` geoms of 0.2 and 0.3 m.
 #[test]
 fn parts_are_attached_without_a_prefix() {
