@@ -103,6 +103,14 @@ impl Corrections {
         }
     }
 
+    /// Gives the problem no corrections; the rebound of an impact is none. What θ applies to stays what it is.
+    pub fn ask_nothing(&self, impacts: &[Impact], problem: &mut ContactProblem) {
+        for (_, phi) in problem.gap.iter_mut().enumerate().filter(|(i, _)| !is_impact(impacts, *i)) {
+            *phi = phi.max(0.0);
+        }
+        problem.bilateral_violation[..self.violation.len()].fill(0.0);
+    }
+
     /// The part of what is asked for that the problem at hand has: 1 where θ applies to nothing.
     pub fn part(&self) -> f64 {
         if self.limited().next().is_some() { self.theta } else { 1.0 }

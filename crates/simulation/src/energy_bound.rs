@@ -3,8 +3,11 @@
 //! The bound and all energies are those of the trees that corrections move. What they put in is at most the work of their impulses, less what
 //! implicit forces take, and at most all kinetic energy: where these are within the bound nothing else is asked. Otherwise the smallest change of
 //! velocity that makes the corrections, in the metric of the step's matrix, is taken out of the motion, and what kinetic energy is gone with it is
-//! what they put in. That is a quadratic polynomial in θ, whose root is the next θ.
+//! what they put in; what contacts hold with friction, they hold in that change, too. Where contacts slide in a jam that may be much less than what
+//! they do put in: where the motion gains more than the bound all the same, the step is solved without corrections, and the difference counts. What a
+//! part of the change puts in is a quadratic polynomial in the part, whose root gives the next θ.
 
+use signorini_contact::vector::dot;
 use signorini_multibody::Model;
 use signorini_solver::Patience;
 
@@ -57,13 +60,17 @@ impl Workspace {
         if work <= bound {
             return Ok(verdict);
         }
-        bound += PART_OF_ENERGY * self.energy_of_reached(model, v);
-        let mut after = self.energy_after(model);
+        let before = self.energy_of_reached(model, v);
+        bound += PART_OF_ENERGY * before;
+        // Dampers take less from a motion that is held than from the free one.
+        let free = before.max(self.energy_with(model, |workspace| &mut workspace.builder.problem.free_velocity));
+        let mut after = self.energy_with(model, |workspace| &mut workspace.solution.velocity);
         if self.most_energy_left(work, after) <= bound {
             return Ok(verdict);
         }
+        self.put_in.energy_without = None;
         for _ in 0..REDUCTIONS {
-            let part = self.part_within(model, after, bound);
+            let part = self.part_within(model, (free, after), bound, verdict, report)?;
             if part >= 1.0 {
                 return Ok(verdict);
             }
@@ -73,20 +80,20 @@ impl Workspace {
             if !verdict.holds {
                 break;
             }
-            after = self.energy_after(model);
+            after = self.energy_with(model, |workspace| &mut workspace.solution.velocity);
         }
-        if verdict.holds && self.part_within(model, after, bound) >= 1.0 {
+        if verdict.holds && self.part_within(model, (free, after), bound, verdict, report)? >= 1.0 {
             return Ok(verdict);
         }
         self.attempt_part(0.0, Patience::Full, report)
     }
 
-    /// The kinetic energy of the solution at hand, J, of what corrections move.
-    fn energy_after(&mut self, model: &Model) -> f64 {
-        let v = std::mem::take(&mut self.solution.velocity);
-        let after = self.energy_of_reached(model, &v);
-        self.solution.velocity = v;
-        after
+    /// The same at one of its own velocities.
+    fn energy_with(&mut self, model: &Model, velocity: impl Fn(&mut Self) -> &mut Vec<f64>) -> f64 {
+        let v = std::mem::take(velocity(self));
+        let energy = self.energy_of_reached(model, &v);
+        *velocity(self) = v;
+        energy
     }
 
     /// The kinetic energy at the velocity `v`, J, of what corrections move, whose velocities stay in `put_in.moved`.
@@ -99,33 +106,82 @@ impl Workspace {
     /// The part of the corrections of the solution at hand with which they would put in somewhat less energy than the bound (J); 1 where they put
     /// in no more than that.
     ///
-    /// - `after`: the [energy of the solution](Self::energy_after), J
-    fn part_within(&mut self, model: &Model, after: f64, bound: f64) -> f64 {
+    /// - `(free, after)`: the energies of the motion before the step or without constraints and contacts, whichever is more, and of the solution,
+    ///   whose velocity is in `put_in.moved`, J
+    fn part_within(
+        &mut self,
+        model: &Model,
+        (free, after): (f64, f64),
+        bound: f64,
+        verdict: Verdict,
+        report: &mut StepReport,
+    ) -> Result<f64, SimulationError> {
         if after <= bound {
-            return 1.0;
+            return Ok(1.0);
         }
-        self.find_smallest_change();
-        let Self { put_in, moving, kinematics, reach, .. } = self;
-        let mut energy = |v: &[f64]| reach.end.kinetic_energy(model, &moving.bodies, kinematics, v);
-        let PutIn { moved, change, without, .. } = put_in;
-        without.clear();
-        without.extend(moved.iter().zip(&*change).map(|(v, change)| v - change));
-        let put_in = after - energy(without);
-        if put_in <= bound {
-            return 1.0;
+        if self.put_in.energy_without.is_none() {
+            self.find_smallest_change();
+            let PutIn { moved, change, without, .. } = &mut self.put_in;
+            without.clear();
+            without.extend(moved.iter().zip(&*change).map(|(v, change)| v - change));
+            let put_in = after - self.energy_along(model, |put_in| &put_in.without);
+            if put_in > bound {
+                return Ok(self.part_of_change(model, put_in, bound));
+            }
+            if after - free <= bound {
+                return Ok(1.0);
+            }
+            self.put_in.energy_without = self.energy_without(model, verdict, report)?;
         }
+        let Some(without) = self.put_in.energy_without else { return Ok(1.0) };
+        if after - without <= bound {
+            return Ok(1.0);
+        }
+        let PutIn { moved, change, without: v, .. } = &mut self.put_in;
+        change.clear();
+        change.extend(moved.iter().zip(&*v).map(|(moved, without)| moved - without));
+        Ok(self.part_of_change(model, after - without, bound))
+    }
+
+    /// The part of the change at hand that puts in somewhat less energy than the bound where all of it puts in so much, J.
+    fn part_of_change(&mut self, model: &Model, put_in: f64, bound: f64) -> f64 {
         // What the part p of the change puts in is p b + p² a.
-        let a = energy(change);
+        let a = self.energy_along(model, |put_in| &put_in.change);
         let b = put_in - a;
         let aim = AIM * bound;
         2.0 * aim / (b + (b * b + 4.0 * a * aim).sqrt())
     }
 
+    /// The kinetic energy at a velocity, J.
+    fn energy_along(&mut self, model: &Model, velocity: impl Fn(&PutIn) -> &[f64]) -> f64 {
+        let Self { put_in, moving, kinematics, reach, .. } = self;
+        reach.end.kinetic_energy(model, &moving.bodies, kinematics, velocity(put_in))
+    }
+
+    /// The kinetic energy, J, that what corrections move has after the step without any, whose velocity is then in `put_in.without`; nothing where
+    /// that step is not solved. The solution at hand stays what it is.
+    fn energy_without(
+        &mut self,
+        model: &Model,
+        verdict: Verdict,
+        report: &mut StepReport,
+    ) -> Result<Option<f64>, SimulationError> {
+        self.keep_best();
+        self.corrections.ask_nothing(&self.builder.impacts, &mut self.builder.problem);
+        let other = self.attempt(Patience::Full, report)?;
+        let energy = self.energy_with(model, |workspace| &mut workspace.solution.velocity);
+        let PutIn { moved, without, .. } = &mut self.put_in;
+        std::mem::swap(moved, without);
+        self.take_best(self.corrections.theta, verdict, report)?;
+        self.energy_with(model, |workspace| &mut workspace.solution.velocity);
+        Ok(other.holds.then_some(energy))
+    }
+
     /// Finds the smallest change of velocity that makes the corrections of the solution at hand: of all constraints, and of the contacts that
-    /// push.
+    /// push, which hold in it what they hold in the solution, the first of it along the normal.
     fn find_smallest_change(&mut self) {
         let Self { builder, solution, put_in, .. } = self;
-        let PutIn { rows, rates, smallest, change, .. } = put_in;
+        let PutIn { rows, rates, cones, smallest, change, .. } = put_in;
         let problem = &builder.problem;
         rows.clear();
         rates.clear();
@@ -134,11 +190,15 @@ impl Workspace {
             rows.push_renumbered(columns.iter().copied(), entries);
             rates.push(problem.bilateral_violation[k] / problem.timestep);
         }
+        cones.prepare(problem);
         for i in (0..problem.contact_count()).filter(|&i| solution.lambda_n[i] > 0.0) {
             let (columns, entries) = problem.jacobian.group(i);
-            rows.push(columns.iter().zip(entries).map(|(column, entry)| (*column, [entry[0]])));
             let asked = if is_impact(&builder.impacts, i) { 0.0 } else { problem.gap[i].min(0.0) };
-            rates.push(asked / problem.timestep);
+            let (count, held) = cones.held_directions(i, solution.solver_modes[i]);
+            for (k, held) in held[..count].iter().enumerate() {
+                rows.push(columns.iter().zip(entries).map(|(column, entry)| (*column, [dot(*entry, held.velocity)])));
+                rates.push(if k == 0 { asked / problem.timestep } else { 0.0 });
+            }
         }
         smallest.find((rows, rates), (&problem.mass, &problem.mass_factor), change);
     }
