@@ -229,6 +229,25 @@ fn what_no_joint_moves_is_kept_and_told() {
     assert_eq!(end.unwrap(), RunEnd::Finished, "{:?} {:?}", simulation.state(), simulation.report());
 }
 
+/// A wheel that cannot turn and follows another one that cannot, with the last digits of a sum between them: nothing is asked for, and nothing kept.
+#[test]
+fn last_digits_of_a_constraint_ask_for_nothing() {
+    let wheel = |name: &str, follows: &str| {
+        format!(
+            "<link name='{name}'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>
+            <joint name='turn_{name}' type='revolute'><parent link='base'/><child link='{name}'/><axis xyz='0 0 1'/>
+            <limit lower='0' upper='0' effort='1' velocity='1'/>{follows}</joint>"
+        )
+    };
+    let follows = "<mimic joint='turn_a' multiplier='0.2' offset='5e-20'/>";
+    let text = format!("<robot name='r'><link name='base'/>{}{}</robot>", wheel("a", ""), wheel("b", follows));
+    let model = signorini_formats::load_urdf_str(&text, "", &Default::default()).unwrap().model;
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    simulation.step().unwrap();
+    let report = simulation.report();
+    assert!(report.theta == 1.0 && report.kept.is_empty() && report.solves == 1, "{report:?}");
+}
+
 /// The only inertia of a joint is its armature, as of robots whose links nobody weighed.
 #[test]
 fn a_joint_without_mass_comes_to_its_limit() {

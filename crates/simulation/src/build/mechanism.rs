@@ -4,6 +4,7 @@ use signorini_contact::FrictionBound;
 use signorini_multibody::{ActuatorKind, Input, Kinematics, Model, State, actuator_length_into, equality_block_into};
 
 use super::builder::ProblemBuilder;
+use super::pace::rounded;
 use super::rows::push_rows;
 use crate::source::{BilateralSource, FrictionSource};
 
@@ -24,7 +25,7 @@ impl ProblemBuilder {
                 self.corrects_constraints &= part == self.pace.stabilization;
                 let Self { problem, block, assembly_tolerance, bilateral_source, .. } = self;
                 push_rows(block, *assembly_tolerance, |axis, columns, violation| {
-                    problem.push_bilateral(columns, part * violation);
+                    problem.push_bilateral(columns, part * rounded(violation, 1.0));
                     bilateral_source.push(BilateralSource { equality: e, block: b, axis });
                 });
             }

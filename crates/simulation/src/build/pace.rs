@@ -213,6 +213,6 @@ fn bend([_, _, a_2, a_3, a_4]: [f64; 5], x: f64) -> f64 {
 }
 
 /// A distance, and zero where it is rounding of differences of numbers of this size.
-fn rounded(gap: f64, size: f64) -> f64 {
+pub(super) fn rounded(gap: f64, size: f64) -> f64 {
     if gap.abs() <= LAST_DIGITS * size { 0.0 } else { gap }
 }
