@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::results::FileName;
 
 /// Prints to standard output. Ends the program: quietly when nobody reads on, with an error when it cannot be written, such as on a full
 /// disk. What goes to files is complete by then.
@@ -50,7 +51,7 @@ pub fn error(error: &CliError, json: bool) {
 pub fn problem_error(path: &Path, error: &CliError, json: bool) {
     eprintln!("error: {error}");
     if json {
-        print_json(&serde_json::json!({ "problem": path, "error": error.to_string() }));
+        print_json(&serde_json::json!({ "problem": FileName::from(path), "error": error.to_string() }));
     }
 }
 

@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let steps = simulation.summary().steps;
     let contradiction = stopped.map(|report| Contradiction::of(&simulation, &report, steps));
     let result = Exported {
-        out: contradiction.is_none().then(|| arguments.out.clone()),
+        out: contradiction.is_none().then(|| (&arguments.out).into()),
         source: loaded.source.clone(),
         time,
         timestep: dt,

@@ -11,6 +11,7 @@ use signorini_generate::{Arch, Heap, Pallet, Rough, Shapes, Stack, Stairs, Terra
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::output;
+use crate::results::FileName;
 
 const HELP: &str = "\
 The file is MJCF and needs no other file. The same numbers and the same --seed give the same file.
@@ -165,7 +166,7 @@ pub enum ShapesName {
 /// What was made.
 #[derive(Serialize)]
 struct Made {
-    out: PathBuf,
+    out: FileName,
     bytes: usize,
     bodies: usize,
 }
@@ -178,7 +179,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         return Ok(Exit::Success);
     };
     signorini_files::write(out, &text).map_err(|source| CliError::Write { path: out.clone(), source })?;
-    let made = Made { out: out.clone(), bytes: text.len(), bodies: text.matches("<freejoint").count() };
+    let made = Made { out: out.into(), bytes: text.len(), bodies: text.matches("<freejoint").count() };
     output::print_result(&made, arguments.json, |made| {
         format!("{}: {} bodies, {} kB\n", made.out.display(), made.bodies, made.bytes.div_ceil(1000))
     });

@@ -16,6 +16,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::loading::{load_model, start};
 use crate::output;
+use crate::results::FileName;
 
 const HELP: &str = "\
 The ending of --out says what is made: .png a picture, .mp4 a film (H.264), .apng one without loss, which browsers show. The picture is taken --time
@@ -83,7 +84,7 @@ pub enum BackgroundName {
 /// What was made.
 #[derive(Serialize)]
 struct Rendered {
-    out: PathBuf,
+    out: FileName,
     model: String,
     width: usize,
     height: usize,
@@ -136,7 +137,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         }
     };
     let rendered = Rendered {
-        out: arguments.out.clone(),
+        out: (&arguments.out).into(),
         model: loaded.model.name.clone(),
         width: arguments.size[0],
         height: arguments.size[1],

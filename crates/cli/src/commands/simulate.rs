@@ -74,8 +74,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let mut result = summarise(&loaded, &simulation, &driven);
     result.time.start = start_time;
     result.energy.start = start_energy;
-    result.recording = arguments.record.clone();
-    result.report = report;
+    result.recording = arguments.record.as_ref().map(Into::into);
+    result.report = report.as_ref().map(Into::into);
     output::print_result(&result, arguments.json, text::run);
     Ok(match result.status {
         RunStatus::Finished => Exit::Success,

@@ -148,7 +148,7 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
     }
     let refined = arguments.method == Some(SolverChoice::Refined);
     Ok(SolveResult {
-        problem: path.to_owned(),
+        problem: path.into(),
         kind,
         n: answer.n,
         contacts: answer.contacts,
@@ -169,7 +169,7 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
         distributions: answer.distributions,
         involved: if answer.holds { Vec::new() } else { answer.ending.involved },
         denial: answer.denial.as_ref().map(|(proof, residual)| DenialProof::of(proof, *residual)),
-        solution: arguments.out.clone(),
+        solution: arguments.out.as_ref().map(Into::into),
     })
 }
 

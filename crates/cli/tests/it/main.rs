@@ -12,4 +12,5 @@ mod solvers;
 mod stability;
 mod stops;
 mod support;
+mod unicode;
 mod view;

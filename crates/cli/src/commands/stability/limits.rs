@@ -147,7 +147,11 @@ impl LimitArguments {
         let Some(prefix) = &self.limit_files else { return Ok(()) };
         let one = |side: &str, proof: &Option<(ContactProblem, StabilityProof)>| -> Result<(), CliError> {
             let Some((problem, proof)) = proof else { return Ok(()) };
-            let path = |ending: &str| PathBuf::from(format!("{}-{side}{ending}.npz", prefix.display()));
+            let path = |ending: &str| {
+                let mut name = prefix.clone().into_os_string();
+                name.push(format!("-{side}{ending}.npz"));
+                PathBuf::from(name)
+            };
             let (data, claim) = (path(""), path("-proof"));
             write_contact(&data, problem).map_err(CliError::in_file(&data))?;
             write_stability(&claim, proof).map_err(CliError::in_file(&claim))
