@@ -14,6 +14,7 @@ use signorini::render::{
 use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::interrupt::Interrupt;
 use crate::loading::{load_model, start};
 use crate::output;
 use crate::results::FileName;
@@ -110,7 +111,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
             BackgroundName::White => Background::White,
         });
     let renderer = Renderer::new(Arc::clone(&loaded.model), settings);
-    let mut studio = Studio { arguments, simulation, renderer, framed: None, spent: Duration::ZERO };
+    let mut studio =
+        Studio { arguments, simulation, renderer, framed: None, spent: Duration::ZERO, interrupted: false };
     let time = arguments.time.unwrap_or(if film { 2.0 } else { 0.0 });
     let begin = studio.simulation.state().time;
     let frames = match form {
@@ -146,7 +148,11 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         seconds_per_frame: studio.spent.as_secs_f64() / frames as f64,
     };
     output::print_result(&rendered, arguments.json, text);
-    Ok(if studio.simulation.summary().missed_steps > 0 { Exit::NotSolved } else { Exit::Success })
+    Ok(match studio.simulation.summary().missed_steps {
+        _ if studio.interrupted => Exit::Interrupted,
+        0 => Exit::Success,
+        _ => Exit::NotSolved,
+    })
 }
 
 /// The simulation before the camera.
@@ -158,6 +164,8 @@ struct Studio<'a> {
     framed: Option<View>,
     /// Wall time of pictures.
     spent: Duration,
+    /// Whether a signal ended the film before its time.
+    interrupted: bool,
 }
 
 impl Studio<'_> {
@@ -173,7 +181,7 @@ impl Studio<'_> {
         Ok(())
     }
 
-    /// Gives every frame of a film of `time` seconds.
+    /// Gives every frame of a film of `time` seconds, or those up to a signal.
     fn roll(
         &mut self,
         begin: f64,
@@ -182,7 +190,12 @@ impl Studio<'_> {
     ) -> Result<(), CliError> {
         let count = (time * self.arguments.fps).round() as usize;
         let progress = output::progress(count as u64, "frames");
+        let interrupt = Interrupt::listen();
         for k in 0..=count {
+            if k > 0 && interrupt.came() {
+                self.interrupted = true;
+                break;
+            }
             self.advance_to(begin + k as f64 / self.arguments.fps)?;
             keep(self.take()?)?;
             progress.set_position(k as u64);

@@ -106,6 +106,8 @@ pub enum RunStatus {
     MissedTolerance,
     /// A step has no solution, or none was found.
     NoSolution,
+    /// A signal ended the run before its time was over.
+    Interrupted,
 }
 
 /// A quantity at the start and at the end.

@@ -4,6 +4,7 @@ mod compare;
 mod full_disk;
 mod input;
 mod inspect;
+mod interrupt;
 mod problems;
 mod recordings;
 mod reference;
