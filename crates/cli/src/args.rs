@@ -1,6 +1,6 @@
 //! Arguments that several commands share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use signorini::contact::{MOST_DIRECTIONS, SolverSettings};
@@ -36,6 +36,13 @@ pub struct ModelArguments {
     /// parts are kept in the folder signorini.parts beside the model.
     #[arg(long, value_name = "CONCAVITY", num_args = 0..=1, require_equals = true, default_missing_value = "0.01")]
     pub decompose: Option<f64>,
+}
+
+impl ModelArguments {
+    /// The files that are named.
+    pub fn files(&self) -> Vec<&Path> {
+        self.model.iter().map(PathBuf::as_path).collect()
+    }
 }
 
 /// What becomes of a geom whose mesh file is not there.

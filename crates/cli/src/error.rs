@@ -93,6 +93,16 @@ pub enum CliError {
         /// Names there are.
         known: String,
     },
+    /// What is written would take the place of something else.
+    #[error("{option} '{}' would be written over {other}; name another file", path.display())]
+    Overwrites {
+        /// The option.
+        option: &'static str,
+        /// Its file.
+        path: PathBuf,
+        /// What is there, or is to be there.
+        other: String,
+    },
     /// `--set` gives a part the wrong number of values.
     #[error("--set {name}.{list}: expected {expected} values, found {found}")]
     ValueCount {
@@ -219,6 +229,7 @@ impl CliError {
             Self::OneSolution { .. }
             | Self::PictureEnding { .. }
             | Self::UnusedOption { .. }
+            | Self::Overwrites { .. }
             | Self::CheckArguments { .. }
             | Self::Simulation(SimulationError::Incompatible { .. }) => Exit::Usage,
             _ => Exit::Failure,

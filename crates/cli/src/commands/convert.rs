@@ -47,6 +47,7 @@ struct Converted {
 
 /// Writes a recording in another format.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    output::keep_apart(&[&arguments.recording], &[("--out", Some(&arguments.out))])?;
     let mut reader = Reader::open(&arguments.recording)?;
     export(&mut reader, &arguments.out)?;
     let (recording, out) = ((&arguments.recording).into(), (&arguments.out).into());

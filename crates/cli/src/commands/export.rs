@@ -45,6 +45,7 @@ pub struct Arguments {
 
 /// Simulates up to a time and writes the contact problem of the step that begins there.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    output::keep_apart(&arguments.model.files(), &[("--out", Some(&arguments.out))])?;
     let loaded = load_model(&arguments.model)?;
     let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let (begin, dt) = (simulation.state().time, simulation.timestep());

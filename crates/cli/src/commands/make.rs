@@ -173,6 +173,9 @@ struct Made {
 
 /// Makes the world.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    if let Kind::Terrain { image, .. } = &arguments.kind {
+        output::keep_apart(&[image], &[("--out", arguments.out.as_deref())])?;
+    }
     let text = text(arguments)?;
     let Some(out) = &arguments.out else {
         output::print(&text);

@@ -99,6 +99,7 @@ struct Rendered {
 /// Makes the picture or the film.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let form = Form::of(&arguments.out)?;
+    output::keep_apart(&arguments.model.files(), &[("--out", Some(&arguments.out))])?;
     let film = form != Form::Picture;
     let loaded = load_model(&arguments.model)?;
     let simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;

@@ -74,6 +74,7 @@ impl Shown {
 
 /// Shows a recording.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    output::keep_apart(&[&arguments.recording], &[("--report", arguments.report.as_deref())])?;
     let mut reader = Reader::open(&arguments.recording)?;
     let mut shown = Shown {
         recording: (&arguments.recording).into(),

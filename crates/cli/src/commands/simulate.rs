@@ -64,10 +64,12 @@ pub struct Arguments {
 
 /// Runs a model, writes recording and report, prints the summary.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
-    let loaded = load_model(&arguments.model)?;
-    let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let default_report = arguments.model.model.is_none().then(|| DEFAULT_REPORT.into());
     let report = arguments.report.clone().or(default_report);
+    let outputs = [("--record", arguments.record.as_deref()), ("--report", report.as_deref())];
+    output::keep_apart(&arguments.model.files(), &outputs)?;
+    let loaded = load_model(&arguments.model)?;
+    let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let outputs = Outputs::create(&simulation, arguments.record.as_deref(), report.as_deref(), &loaded)?;
 
     let (start_time, start_energy) = (simulation.state().time, total_energy(&simulation));

@@ -79,6 +79,8 @@ pub struct Arguments {
 /// Solves every problem and prints what came out.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     check_options(arguments)?;
+    let problems: Vec<&Path> = arguments.problems.iter().map(PathBuf::as_path).collect();
+    output::keep_apart(&problems, &[("--out", arguments.out.as_deref())])?;
     let progress = output::progress(arguments.problems.len() as u64, "problems");
     let (mut unreadable, mut unsolved) = (0, 0);
     for path in &arguments.problems {

@@ -194,6 +194,12 @@ fn attractions(words: &[String], model: &Model) -> Result<Vec<Attraction>, CliEr
 
 /// Says whether a model stands, with a proof.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    let outputs = [
+        ("--report", arguments.report.as_deref()),
+        ("--problem", arguments.problem.as_deref()),
+        ("--out", arguments.out.as_deref()),
+    ];
+    output::keep_apart(&arguments.model.files(), &outputs)?;
     let settings = Settings::default().with_directions(arguments.directions);
     let subject = Subject::new(arguments, &settings)?;
     let settings = StabilitySettings::default()

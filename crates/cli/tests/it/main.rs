@@ -5,6 +5,7 @@ mod full_disk;
 mod input;
 mod inspect;
 mod interrupt;
+mod overwriting;
 mod problems;
 mod recordings;
 mod reference;
