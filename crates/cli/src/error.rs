@@ -93,6 +93,16 @@ pub enum CliError {
         /// Names there are.
         known: String,
     },
+    /// An option names no body.
+    #[error("{option} '{name}': the model has no body or geom of this name; it has {known}")]
+    UnknownBody {
+        /// The option.
+        option: &'static str,
+        /// The name.
+        name: String,
+        /// Names there are.
+        known: String,
+    },
     /// What is written would take the place of something else.
     #[error("{option} '{}' would be written over {other}; name another file", path.display())]
     Overwrites {

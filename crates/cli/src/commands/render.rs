@@ -42,7 +42,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
     /// Direction of the view without a camera: degrees around the world's z axis from x, and up.
-    #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "120,-20", value_parser = angles, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "120,-20", value_parser = angles, allow_hyphen_values = true, conflicts_with = "camera")]
     pub look: [f64; 2],
     /// Pixels, width by height.
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = size)]
@@ -50,9 +50,9 @@ pub struct Arguments {
     /// Simulated time before the picture, or length of the film, s. [default: 0 for a picture, 2 for a film]
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub time: Option<f64>,
-    /// Frames of a film per second of simulated time.
-    #[arg(long, value_name = "N", default_value = "30", value_parser = positive)]
-    pub fps: f64,
+    /// Frames of a film per second of simulated time. [default: 30]
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub fps: Option<f64>,
     /// Rays for every pixel: 1 with more at edges, for films; 16 or more for soft shadows, for paper. [default: 16 for a picture, 1 for a film]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     pub samples: Option<u16>,
@@ -71,6 +71,13 @@ pub struct Arguments {
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
+}
+
+impl Arguments {
+    /// Frames per second of simulated time.
+    fn rate(&self) -> f64 {
+        self.fps.unwrap_or(30.0)
+    }
 }
 
 /// What is behind everything, by name.
@@ -100,6 +107,9 @@ struct Rendered {
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let form = Form::of(&arguments.out)?;
     output::keep_apart(&arguments.model.files(), &[("--out", Some(&arguments.out))])?;
+    if arguments.fps.is_some() && form == Form::Picture {
+        return Err(CliError::UnusedOption { option: "--fps", needs: "films (.mp4, .apng)" });
+    }
     let film = form != Form::Picture;
     let loaded = load_model(&arguments.model)?;
     let simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
@@ -124,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
             1
         }
         Form::Mp4 => {
-            let mut film = Film::new(arguments.size, arguments.fps)?;
+            let mut film = Film::new(arguments.size, arguments.rate())?;
             studio.roll(begin, time, |frame| film.add(&frame).map_err(CliError::from))?;
             save(arguments, |out| film.write(out))?;
             film.len()
@@ -135,7 +145,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
                 frames.push(frame);
                 Ok(())
             })?;
-            save(arguments, |out| write_animated_png(&frames, arguments.fps, out))?;
+            save(arguments, |out| write_animated_png(&frames, arguments.rate(), out))?;
             frames.len()
         }
     };
@@ -189,7 +199,8 @@ impl Studio<'_> {
         time: f64,
         mut keep: impl FnMut(Picture) -> Result<(), CliError>,
     ) -> Result<(), CliError> {
-        let count = (time * self.arguments.fps).round() as usize;
+        let rate = self.arguments.rate();
+        let count = (time * rate).round() as usize;
         let progress = output::progress(count as u64, "frames");
         let interrupt = Interrupt::listen();
         for k in 0..=count {
@@ -197,7 +208,7 @@ impl Studio<'_> {
                 self.interrupted = true;
                 break;
             }
-            self.advance_to(begin + k as f64 / self.arguments.fps)?;
+            self.advance_to(begin + k as f64 / rate)?;
             keep(self.take()?)?;
             progress.set_position(k as u64);
         }

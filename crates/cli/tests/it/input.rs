@@ -73,6 +73,9 @@ fn wrong_command_lines_exit_with_64() {
     run(&["--set", "ball.q"]).complains(&["NAME.q=VALUES"]);
     run(&["--set", "ball.q=up"]).complains(&["'up' is not a finite number"]);
     run(&["--scene", "house_of_cards"]).complains(&["--scene"]);
+    let render = |words: &[&str]| folder.run(&[&["render", "ball.xml", "--out", "ball.png"], words].concat()).exits(64);
+    render(&["--fps", "10"]).complains(&["--fps", "films"]);
+    render(&["--camera", "front", "--look", "0,-90"]).complains(&["--camera", "--look"]);
     folder.run(&["fly"]).exits(64);
     folder.run(&["solve", "a.npz", "b.npz", "--out", "c.npz"]).exits(64).complains(&["--out"]);
     let help = folder.run(&["--help"]).exits(0).stdout;
