@@ -264,6 +264,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A number that is neither infinite nor NaN.
+pub fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err("must be a finite number".into()),
+    }
+}
+
 /// A positive number, or `inf`.
 fn speed(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -210,6 +210,14 @@ pub enum CliError {
         /// The file.
         path: PathBuf,
     },
+    /// A run in which no step fits.
+    #[error("--duration {duration} s is less than half a time step of {timestep} s: no step would be made")]
+    NoStep {
+        /// The time asked for, s.
+        duration: f64,
+        /// The time step, s.
+        timestep: f64,
+    },
     /// A film that cannot go on.
     #[error("at t = {time} s the contacts contradict each other: take a shorter --time, or --infeasible go-on")]
     NoFurther {
@@ -240,6 +248,7 @@ impl CliError {
             | Self::PictureEnding { .. }
             | Self::UnusedOption { .. }
             | Self::Overwrites { .. }
+            | Self::NoStep { .. }
             | Self::CheckArguments { .. }
             | Self::Simulation(SimulationError::Incompatible { .. }) => Exit::Usage,
             _ => Exit::Failure,

@@ -6,7 +6,7 @@ use clap::Args;
 use signorini::RunEnd;
 use signorini::contact::problem_file::write_contact;
 
-use crate::args::{ModelArguments, StartArguments, StepArguments};
+use crate::args::{ModelArguments, StartArguments, StepArguments, finite};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::loading::{load_model, start};
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
     /// Time in seconds at which the step begins; the nearest step's is taken.
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = finite)]
     pub time: f64,
     /// File to write (.npz, kind = "contact").
     #[arg(long, value_name = "FILE.npz")]

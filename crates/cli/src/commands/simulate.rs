@@ -70,10 +70,14 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     output::keep_apart(&arguments.model.files(), &outputs)?;
     let loaded = load_model(&arguments.model)?;
     let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
+    let (duration, timestep) = (arguments.duration, simulation.timestep());
+    if (duration / timestep).round() < 1.0 {
+        return Err(CliError::NoStep { duration, timestep });
+    }
     let outputs = Outputs::create(&simulation, arguments.record.as_deref(), report.as_deref(), &loaded)?;
 
     let (start_time, start_energy) = (simulation.state().time, total_energy(&simulation));
-    let driven = drive(&mut simulation, arguments.duration, outputs)?;
+    let driven = drive(&mut simulation, duration, outputs)?;
     let mut result = summarise(&loaded, &simulation, &driven);
     result.time.start = start_time;
     result.energy.start = start_energy;

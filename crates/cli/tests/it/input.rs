@@ -69,6 +69,10 @@ fn wrong_command_lines_exit_with_64() {
     run(&["--duration", "-1"]).complains(&["'-1' for '--duration", "positive"]);
     run(&["--timestep", "-0.01"]).complains(&["'-0.01' for '--dt", "positive"]);
     folder.run(&["make", "heap", "--count", "-3", "--out", "heap.xml"]).exits(64).complains(&["'-3' for '--count"]);
+    run(&["--duration", "0.004"]).complains(&["--duration 0.004 s", "0.01 s", "no step"]);
+    let export = |time: &str| folder.run(&["export", "ball.xml", "--out", "p.npz", "--time", time]).exits(64);
+    export("nan").complains(&["'nan' for '--time", "finite"]);
+    export("inf").complains(&["'inf' for '--time", "finite"]);
     run(&["--stabilization", "2"]).complains(&["at most 1"]);
     run(&["--set", "ball.q"]).complains(&["NAME.q=VALUES"]);
     run(&["--set", "ball.q=up"]).complains(&["'up' is not a finite number"]);
