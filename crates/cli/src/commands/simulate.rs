@@ -43,7 +43,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
     /// Simulated time in seconds.
-    #[arg(long, value_name = "S", default_value = "2", value_parser = positive)]
+    #[arg(long, alias = "time", value_name = "S", default_value = "2", value_parser = positive)]
     pub duration: f64,
     /// The state to start from.
     #[command(flatten)]

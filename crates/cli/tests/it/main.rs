@@ -1,6 +1,7 @@
 //! Runs the built command on models and problems that the tests write.
 
 mod compare;
+mod documents;
 mod full_disk;
 mod input;
 mod inspect;
