@@ -11,7 +11,7 @@ import { readImages } from "./looks.js";
 import { readMeshes } from "./meshes.js";
 import type { Triangles } from "./meshes.js";
 import { Plot, plotsOf } from "./plots.js";
-import { SceneView } from "./scene.js";
+import { SceneView, rendererOn } from "./scene.js";
 import type { SceneOptions, Sight } from "./scene.js";
 import { showSummary } from "./summary.js";
 import { currentTheme, setTheme } from "./theme.js";
@@ -52,19 +52,21 @@ function open(run: RunData, meshes: (Triangles | null)[], images: Texture[]): vo
 
   const player = run instanceof LiveRun ? new LivePlayer(run, () => update()) : new ReplayPlayer(run, () => update());
   const seek = (frame: number) => player.seek(frame);
-  const scene = new SceneView(byId("scene"), byId("axes"), run, options, meshes, images);
+  const renderer = rendererOn(byId("scene"));
+  const scene = renderer && new SceneView(renderer, byId("axes"), run, options, meshes, images);
+  if (!scene) sayWhyNoScene();
   const plots = plotsOf(run).map((spec) => new Plot(byId("plots"), spec, run, seek));
   const applyTheme = () => {
     setTheme(dark);
     const theme = currentTheme();
-    scene.setTheme(theme);
+    scene?.setTheme(theme);
     plots.forEach((plot) => plot.setTheme(theme));
   };
   const controls = new Controls(run, player, options, plots, {
-    optionsChanged: () => scene.show(player.frame),
-    fit: () => scene.fit(),
-    look: (view) => scene.look(view),
-    lookThrough: (camera) => scene.lookThrough(camera),
+    optionsChanged: () => scene?.show(player.frame),
+    fit: () => scene?.fit(),
+    look: (view) => scene?.look(view),
+    lookThrough: (camera) => scene?.lookThrough(camera),
     toggleTheme: () => {
       dark = !dark;
       applyTheme();
@@ -73,7 +75,7 @@ function open(run: RunData, meshes: (Triangles | null)[], images: Texture[]): vo
   const update = () => {
     controls.update();
     if (run.frames === 0) return;
-    scene.show(player.frame);
+    scene?.show(player.frame);
     plots.forEach((plot) => plot.show(player.frame));
   };
 
@@ -82,24 +84,24 @@ function open(run: RunData, meshes: (Triangles | null)[], images: Texture[]): vo
   player.seek(frameAt(run, Number(asked.get("t")) || 0));
   const camera = (run.about.header.cameras ?? []).findIndex(({ name }) => name === asked.get("camera"));
   const sight = sightOf(asked.get("view"));
-  if (camera >= 0) scene.lookThrough(camera);
-  else if (sight) scene.lookFrom(sight);
-  showNames(scene);
+  if (camera >= 0) scene?.lookThrough(camera);
+  else if (sight) scene?.lookFrom(sight);
+  if (scene) showNames(scene);
   preferred.addEventListener("change", (event) => {
     dark = event.matches;
     applyTheme();
   });
-  if (run instanceof LiveRun) pullBodies(byId("scene"), scene, run);
+  if (scene && run instanceof LiveRun) pullBodies(byId("scene"), scene, run);
   const refresh = run instanceof LiveRun ? refresher(run, () => {
     plots.forEach((plot) => plot.refresh());
     controls.markMissed();
-    scene.rescale();
+    scene?.rescale();
     showSummary(run, seek);
   }) : () => {};
   const animate = (clock: number) => {
     player.tick(clock);
     refresh(clock);
-    scene.render();
+    scene?.render();
     requestAnimationFrame(animate);
   };
   requestAnimationFrame(animate);
@@ -119,6 +121,12 @@ function refresher(run: LiveRun, refresh: () => void): (clock: number) => void {
 function sightOf(text: string | null): Sight | null {
   const numbers = (text ?? "").split(",").map(Number);
   return numbers.length === 8 && numbers.every(Number.isFinite) ? (numbers as Sight) : null;
+}
+
+/** Figures, plots and the clock need no scene: what is missing beside them is said where it would be. */
+function sayWhyNoScene(): void {
+  document.body.classList.add("sceneless");
+  byId("no-scene").hidden = false;
 }
 
 /** Says what is under the pointer. */

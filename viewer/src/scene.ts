@@ -52,8 +52,17 @@ interface Visual {
   edges: LineSegments<EdgesGeometry, LineBasicMaterial>;
 }
 
+/** What draws on a canvas; null where the browser has no WebGL for it. */
+export function rendererOn(canvas: HTMLCanvasElement): WebGLRenderer | null {
+  try {
+    return new WebGLRenderer({ canvas, antialias: true });
+  } catch {
+    return null;
+  }
+}
+
 export class SceneView {
-  private readonly renderer: WebGLRenderer;
+  private readonly canvas: HTMLCanvasElement;
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(FIELD_OF_VIEW);
   private readonly controls: OrbitControls;
@@ -75,7 +84,7 @@ export class SceneView {
   private changed = true;
 
   constructor(
-    private readonly canvas: HTMLCanvasElement,
+    private readonly renderer: WebGLRenderer,
     corner: HTMLCanvasElement,
     private readonly run: RunData,
     private readonly options: SceneOptions,
@@ -83,7 +92,7 @@ export class SceneView {
     private readonly images: Texture[],
   ) {
     this.axes = new Axes(corner, run.about.header.gravity);
-    this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    const canvas = (this.canvas = renderer.domElement);
     setTones(this.renderer);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;

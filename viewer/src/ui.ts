@@ -147,12 +147,14 @@ export class Controls {
   private buildShow(): void {
     const show = byId<HTMLDetailsElement>("show");
     show.open = innerWidth > 860;
+    const ofScene = element("div", { className: "of-scene" });
+    show.append(ofScene);
     for (const [name, label, key] of SWITCHES) {
       const box = element("input", { type: "checkbox", checked: Boolean(this.options[name]) });
       box.addEventListener("change", () => this.setOption(name, box.checked));
       this.boxes.set(name, box);
       const swatch = name === "forces" ? [element("i", { className: "swatch" })] : [];
-      show.append(element("label", {}, box, label, ...swatch, element("kbd", {}, key)));
+      ofScene.append(element("label", {}, box, label, ...swatch, element("kbd", {}, key)));
     }
     const scale = element("input", { type: "range", id: "force-scale", min: "-1", max: "1", step: "0.01", value: "0" });
     scale.addEventListener("input", () => {
@@ -162,13 +164,14 @@ export class Controls {
     const logarithmic = element("input", { type: "checkbox", checked: this.options.logarithmic });
     logarithmic.addEventListener("change", () => this.setOption("logarithmic", logarithmic.checked));
     this.boxes.set("logarithmic", logarithmic);
-    show.append(
+    ofScene.append(
       element("hr"),
       element("label", { className: "scale" }, "Force scale", scale),
       element("label", { className: "logarithmic" }, logarithmic, "Logarithmic", element("kbd", {}, "G")),
       element("hr"),
+      element("label", { className: "camera" }, "Camera", this.cameraSelect()),
+      element("hr"),
     );
-    show.append(element("label", { className: "camera" }, "Camera", this.cameraSelect()), element("hr"));
     for (const { spec, figure } of this.plots) {
       const box = element("input", { type: "checkbox", checked: true, id: `toggle-${spec.id}` });
       box.addEventListener("change", () => (figure.hidden = !box.checked));

@@ -10,8 +10,12 @@ const ROOT = fileURLToPath(new URL("../..", import.meta.url));
 
 const BROWSER_FLAGS = [
   "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+  "--disable-component-update", "--disable-sync",
 ];
+/** WebGL without a graphics card. */
+const SOFTWARE_WEBGL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+/** What a browser is without WebGL, as on machines whose graphics card it distrusts. */
+export const NO_WEBGL = ["--disable-3d-apis"];
 
 /** A program or an example of the workspace, built if it must be. */
 export function program(name) {
@@ -19,9 +23,9 @@ export function program(name) {
   return join(folder, name);
 }
 
-export function openBrowser() {
+export function openBrowser(graphics = SOFTWARE_WEBGL) {
   const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
-  return chromium.launch({ executablePath, headless: true, args: BROWSER_FLAGS });
+  return chromium.launch({ executablePath, headless: true, args: [...BROWSER_FLAGS, ...graphics] });
 }
 
 /** Pixels of an element as the screen has them: how many differ from the most frequent colour. */

@@ -1,6 +1,6 @@
 //! Arguments that several commands share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use signorini::contact::{MOST_DIRECTIONS, SolverSettings};
@@ -36,6 +36,13 @@ pub struct ModelArguments {
     /// parts are kept in the folder signorini.parts beside the model.
     #[arg(long, value_name = "CONCAVITY", num_args = 0..=1, require_equals = true, default_missing_value = "0.01")]
     pub decompose: Option<f64>,
+}
+
+impl ModelArguments {
+    /// The files that are named.
+    pub fn files(&self) -> Vec<&Path> {
+        self.model.iter().map(PathBuf::as_path).collect()
+    }
 }
 
 /// What becomes of a geom whose mesh file is not there.
@@ -254,6 +261,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
         _ => Err("must be a positive number".into()),
+    }
+}
+
+/// A number that is neither infinite nor NaN.
+pub fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => Err("must be a finite number".into()),
     }
 }
 

@@ -97,15 +97,17 @@ impl Assignment {
 
 /// The joints and moving bodies of a model, the first few of each.
 fn known_names(model: &Model) -> String {
-    const SHOWN: usize = 12;
-    let list = |what: &str, names: &mut dyn Iterator<Item = &String>| {
-        let names: Vec<&str> = names.map(String::as_str).collect();
-        let rest = if names.len() > SHOWN { ", …" } else { "" };
-        format!("the {what} {}{rest}", names[..names.len().min(SHOWN)].join(", "))
-    };
-    let joints = list("joints", &mut model.joints.iter().map(|joint| &joint.name));
+    let joints = named("joints", &mut model.joints.iter().map(|joint| &joint.name));
     let moving = model.bodies.iter().filter(|body| body.joint_count > 0);
-    format!("{joints} and {}", list("bodies", &mut moving.map(|body| &body.name)))
+    format!("{joints} and {}", named("bodies", &mut moving.map(|body| &body.name)))
+}
+
+/// The first few of these names, as a list.
+pub fn named(what: &str, names: &mut dyn Iterator<Item = &String>) -> String {
+    const SHOWN: usize = 12;
+    let names: Vec<&str> = names.map(String::as_str).collect();
+    let rest = if names.len() > SHOWN { ", …" } else { "" };
+    format!("the {what} {}{rest}", names[..names.len().min(SHOWN)].join(", "))
 }
 
 /// Makes a quaternion unit; zero stays zero, which the check of the state refuses.

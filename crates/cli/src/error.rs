@@ -93,6 +93,26 @@ pub enum CliError {
         /// Names there are.
         known: String,
     },
+    /// An option names no body.
+    #[error("{option} '{name}': the model has no body or geom of this name; it has {known}")]
+    UnknownBody {
+        /// The option.
+        option: &'static str,
+        /// The name.
+        name: String,
+        /// Names there are.
+        known: String,
+    },
+    /// What is written would take the place of something else.
+    #[error("{option} '{}' would be written over {other}; name another file", path.display())]
+    Overwrites {
+        /// The option.
+        option: &'static str,
+        /// Its file.
+        path: PathBuf,
+        /// What is there, or is to be there.
+        other: String,
+    },
     /// `--set` gives a part the wrong number of values.
     #[error("--set {name}.{list}: expected {expected} values, found {found}")]
     ValueCount {
@@ -190,6 +210,14 @@ pub enum CliError {
         /// The file.
         path: PathBuf,
     },
+    /// A run in which no step fits.
+    #[error("--duration {duration} s is less than half a time step of {timestep} s: no step would be made")]
+    NoStep {
+        /// The time asked for, s.
+        duration: f64,
+        /// The time step, s.
+        timestep: f64,
+    },
     /// A film that cannot go on.
     #[error("at t = {time} s the contacts contradict each other: take a shorter --time, or --infeasible go-on")]
     NoFurther {
@@ -219,6 +247,8 @@ impl CliError {
             Self::OneSolution { .. }
             | Self::PictureEnding { .. }
             | Self::UnusedOption { .. }
+            | Self::Overwrites { .. }
+            | Self::NoStep { .. }
             | Self::CheckArguments { .. }
             | Self::Simulation(SimulationError::Incompatible { .. }) => Exit::Usage,
             _ => Exit::Failure,

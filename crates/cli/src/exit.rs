@@ -15,6 +15,8 @@ pub enum Exit {
     Contradiction = 3,
     /// The command line is wrong (`EX_USAGE` of sysexits.h).
     Usage = 64,
+    /// Ended by a signal, with what was computed until then.
+    Interrupted = 130,
 }
 
 /// The exit codes for `signorini --help`.
@@ -25,6 +27,7 @@ Exit codes:
   2   finished, but a step missed its tolerance or a problem was not solved
   3   the contacts of a step contradict each other: no motion satisfies them
   64  the command line is wrong
+  130 interrupted; `simulate` and films keep what was computed until then
 
 With --json every command prints one JSON object on one line for each model or problem; an error is {\"error\": \"...\"}.";
 

@@ -8,6 +8,7 @@ mod command;
 mod commands;
 mod error;
 mod exit;
+mod interrupt;
 mod loading;
 mod output;
 mod pack;

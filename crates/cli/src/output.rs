@@ -1,13 +1,14 @@
 //! Writing to the terminal.
 
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::results::FileName;
 
 /// Prints to standard output. Ends the program: quietly when nobody reads on, with an error when it cannot be written, such as on a full
 /// disk. What goes to files is complete by then.
@@ -50,8 +51,35 @@ pub fn error(error: &CliError, json: bool) {
 pub fn problem_error(path: &Path, error: &CliError, json: bool) {
     eprintln!("error: {error}");
     if json {
-        print_json(&serde_json::json!({ "problem": path, "error": error.to_string() }));
+        print_json(&serde_json::json!({ "problem": FileName::from(path), "error": error.to_string() }));
     }
+}
+
+/// Refuses to write over what is read, and two things into one file.
+///
+/// - `inputs`: files that are read
+/// - `outputs`: options that name files, with these
+pub fn keep_apart(inputs: &[&Path], outputs: &[(&'static str, Option<&Path>)]) -> Result<(), CliError> {
+    let mut taken: Vec<(PathBuf, String)> =
+        inputs.iter().filter_map(|path| Some((place(path)?, "what is read".to_owned()))).collect();
+    for &(option, path) in outputs {
+        let Some(path) = path else { continue };
+        let Some(place) = place(path) else { continue };
+        if let Some((_, other)) = taken.iter().find(|(known, _)| *known == place) {
+            return Err(CliError::Overwrites { option, path: path.to_owned(), other: other.clone() });
+        }
+        taken.push((place, format!("what {option} writes")));
+    }
+    Ok(())
+}
+
+/// Where a file is, or will be, whatever its path is called; none for devices and pipes, which many may write to, and folders that are not there.
+fn place(path: &Path) -> Option<PathBuf> {
+    if let Ok(known) = path.canonicalize() {
+        return path.is_file().then_some(known);
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Some(folder.canonicalize().ok()?.join(path.file_name()?))
 }
 
 /// A progress bar, drawn only where a terminal watches.

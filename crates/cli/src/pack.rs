@@ -9,19 +9,24 @@ use signorini::statics::{Assembly, Block};
 use crate::args::positive;
 use crate::error::CliError;
 
+/// What there is in place of blocks.
+const MODEL: [&str; 2] = ["model", "scene"];
+
 /// Blocks from meshes.
 #[derive(Clone, Debug, Args)]
 pub struct PackArguments {
     /// Judge the blocks in this folder of OBJ, STL or COLLADA files instead of a model: closed meshes in metres, each where it lies. Faces that
     /// lie on each other within --touching are found without any simulation, also of blocks that are not convex.
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["model", "scene", "keyframe", "assignments", "settle"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = [
+        "model", "scene", "floating_base", "package_dir", "missing_meshes", "decompose", "keyframe", "assignments", "settle",
+    ])]
     pub pack: Option<PathBuf>,
     /// Density of the blocks of --pack, kg/m³.
-    #[arg(long, value_name = "RHO", default_value = "1000", value_parser = positive)]
+    #[arg(long, value_name = "RHO", default_value = "1000", value_parser = positive, requires = "pack", conflicts_with_all = MODEL)]
     pub density: f64,
     /// A block of --pack that is held in its place, by the name of its file without the ending; can be given several times. Where no block is
     /// fixed there is a floor: at z = 0 with --floor, else under the lowest corner.
-    #[arg(long, value_name = "NAME", requires = "pack")]
+    #[arg(long, value_name = "NAME", requires = "pack", conflicts_with_all = MODEL)]
     pub fixed: Vec<String>,
 }
 

@@ -208,9 +208,14 @@ impl Batch {
         let Lanes { batch, stepped } = &mut *lanes;
         let mut chosen = vec![ids.is_none(); self.count];
         ids.into_iter().flatten().for_each(|i| chosen[i] = true);
-        guard::detached(py, || batch.step_chosen(nstep, &chosen))?;
-        stepped.iter_mut().zip(chosen).for_each(|(stepped, chosen)| *stepped |= chosen && nstep > 0);
+        let before = steps_of(batch);
+        let (_, signal) = guard::interruptible(py, |goes_on| batch.step_chosen_while(nstep, &chosen, goes_on))?;
+        let made = steps_of(batch);
+        for (i, stepped) in stepped.iter_mut().enumerate() {
+            *stepped |= chosen[i] && nstep > 0 && (signal.is_ok() || made[i] > before[i]);
+        }
         self.views.publish(py, batch)?;
+        signal?;
         self.check(batch)
     }
 
@@ -243,16 +248,21 @@ impl Batch {
                 record.push(guard::unknowns(steps * size)?);
             }
         }
-        guard::detached(py, || {
-            batch.rollout_observed(steps, &controls, &mut records, |k, simulation, records| {
+        let before = steps_of(batch);
+        let (_, signal) = guard::interruptible(py, |goes_on| {
+            batch.rollout_while(steps, &controls, &mut records, goes_on, |k, simulation, records| {
                 for (quantity, record) in quantities.iter().zip(records) {
                     let size = quantity.size(&model);
                     quantity.write(simulation, &mut record[k * size..(k + 1) * size]);
                 }
             })
         })?;
-        stepped.iter_mut().for_each(|stepped| *stepped |= steps > 0);
+        let made = steps_of(batch);
+        for (i, stepped) in stepped.iter_mut().enumerate() {
+            *stepped |= steps > 0 && (signal.is_ok() || made[i] > before[i]);
+        }
         self.views.publish(py, batch)?;
+        signal?;
         self.check(batch)?;
         let joined = quantities.iter().enumerate().map(|(j, quantity)| {
             let shape = [vec![self.count, steps], quantity.shape(&model)].concat();
@@ -322,6 +332,11 @@ impl Batch {
         }
         self.views.publish(py, batch)
     }
+}
+
+/// Steps that every simulation has made.
+fn steps_of(batch: &signorini::Batch) -> Vec<u64> {
+    (0..batch.len()).map(|i| batch.simulation(i).summary().steps).collect()
 }
 
 impl Batch {

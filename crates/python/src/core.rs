@@ -18,7 +18,7 @@ use crate::recording::Sink;
 /// How long steps are made before Python is asked whether the user wants to stop.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// Steps between two looks at the clock.
+/// Steps between two looks at the clock, at most: the first looks come sooner, since a step may take seconds.
 const STEPS_PER_LOOK: u64 = 16;
 
 /// A state and everything needed to step it.
@@ -120,11 +120,16 @@ impl Core {
     /// Makes up to `count` steps and counts it down; ends early where a step fails or the time slice is over.
     pub fn run(&mut self, count: &mut u64) -> Result<(), Stop> {
         let start = Instant::now();
+        let (mut made, mut look) = (0, 1);
         while *count > 0 {
             self.step_once()?;
             *count -= 1;
-            if count.is_multiple_of(STEPS_PER_LOOK) && *count > 0 && start.elapsed() > SLICE {
-                return Err(Stop::Slice);
+            made += 1;
+            if made == look {
+                if *count > 0 && start.elapsed() > SLICE {
+                    return Err(Stop::Slice);
+                }
+                look += made.min(STEPS_PER_LOOK);
             }
         }
         Ok(())

@@ -31,6 +31,22 @@ pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyR
     })
 }
 
+/// As [`detached`], for work that asks now and then whether to go on. It does until a signal raises an exception, as Ctrl-C does, which is given
+/// back beside what the work came to.
+pub fn interruptible<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&mut dyn FnMut() -> bool) -> T + Send,
+) -> PyResult<(T, PyResult<()>)> {
+    let mut signal = Ok(());
+    let done = detached(py, || {
+        work(&mut || {
+            signal = Python::attach(|py| py.check_signals());
+            signal.is_ok()
+        })
+    })?;
+    Ok((done, signal))
+}
+
 /// The product of some sizes, if so many numbers can be given back.
 pub fn bounded(what: &str, sizes: &[usize]) -> PyResult<usize> {
     let count = sizes.iter().try_fold(1usize, |product, size| product.checked_mul(*size));

@@ -255,3 +255,13 @@ def test_a_copy_of_a_batch_keeps_the_bodies_that_are_moved_from_outside():
         signorini.Batch(model, 1)._restore(batch._save())
     with pytest.raises(signorini.SignoriniError, match="damaged"):
         other._restore([(data[:20] + bytes([data[20] ^ 1]) + data[21:], rest) for data, rest in batch._save()])
+
+
+def test_a_rollout_records_one_quantity_by_its_name():
+    model = signorini.Model.from_string(
+        "<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body></worldbody></mujoco>"
+    )
+    one, listed = signorini.Batch(model, 2), signorini.Batch(model, 2)
+    (alone,), (among,) = one.rollout(nstep=3, record="qvel"), listed.rollout(nstep=3, record=["qvel"])
+    assert alone.shape == (2, 3, 6)
+    np.testing.assert_array_equal(alone, among)

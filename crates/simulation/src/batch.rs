@@ -1,6 +1,9 @@
 //! Many simulations of one model at once, on threads.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -9,6 +12,9 @@ use signorini_multibody::{Input, Model, ParameterChange, State};
 use crate::report::StepReport;
 use crate::settings::ContactMethod;
 use crate::{Settings, Simulation, SimulationError, Snapshot, Variation};
+
+/// Time between two questions whether a batch is to go on.
+const PAUSE: Duration = Duration::from_millis(50);
 
 /// One of the simulations.
 struct Lane {
@@ -248,8 +254,8 @@ impl Batch {
     /// Makes `steps` steps of every simulation. One that stops early leaves the others going; whether none did.
     pub fn step(&mut self, steps: u64) -> bool {
         let mut nothing = vec![(); self.len()];
-        self.for_each(&mut nothing, |_, lane, ()| {
-            (0..steps).all(|_| lane.step());
+        self.for_each(&mut nothing, None, |_, lane, (), goes_on| {
+            (0..steps).all(|_| goes_on() && lane.step());
         })
     }
 
@@ -258,10 +264,24 @@ impl Batch {
     /// # Panics
     /// If `chosen` has not one entry per simulation.
     pub fn step_chosen(&mut self, steps: u64, chosen: &[bool]) -> bool {
+        self.step_lanes(steps, chosen, None)
+    }
+
+    /// As [`step_chosen`](Self::step_chosen), as long as `goes_on` says so. It is asked on the caller's thread every now and then, some twenty
+    /// times a second (where the caller is a thread of the pool, between simulations); where it says no every simulation ends with the step that it
+    /// is making.
+    ///
+    /// # Panics
+    /// If `chosen` has not one entry per simulation.
+    pub fn step_chosen_while(&mut self, steps: u64, chosen: &[bool], mut goes_on: impl FnMut() -> bool) -> bool {
+        self.step_lanes(steps, chosen, Some(&mut goes_on))
+    }
+
+    fn step_lanes(&mut self, steps: u64, chosen: &[bool], goes_on: Option<&mut dyn FnMut() -> bool>) -> bool {
         assert_eq!(chosen.len(), self.len(), "chosen must have one entry per simulation");
         let mut chosen = chosen.to_vec();
-        self.for_each(&mut chosen, |_, lane, chosen| {
-            (0..if *chosen { steps } else { 0 }).all(|_| lane.step());
+        self.for_each(&mut chosen, goes_on, |_, lane, chosen, goes_on| {
+            (0..if *chosen { steps } else { 0 }).all(|_| goes_on() && lane.step());
         })
     }
 
@@ -304,11 +324,40 @@ impl Batch {
         records: &mut [T],
         observe: impl Fn(usize, &mut Simulation, &mut T) + Sync,
     ) -> bool {
+        self.roll_lanes(steps, controls, records, None, observe)
+    }
+
+    /// As [`rollout_observed`](Self::rollout_observed), as long as `goes_on` says so; see [`step_chosen_while`](Self::step_chosen_while).
+    ///
+    /// # Panics
+    /// If a length does not fit.
+    pub fn rollout_while<T: Send>(
+        &mut self,
+        steps: usize,
+        controls: &[f64],
+        records: &mut [T],
+        mut goes_on: impl FnMut() -> bool,
+        observe: impl Fn(usize, &mut Simulation, &mut T) + Sync,
+    ) -> bool {
+        self.roll_lanes(steps, controls, records, Some(&mut goes_on), observe)
+    }
+
+    fn roll_lanes<T: Send>(
+        &mut self,
+        steps: usize,
+        controls: &[f64],
+        records: &mut [T],
+        goes_on: Option<&mut dyn FnMut() -> bool>,
+        observe: impl Fn(usize, &mut Simulation, &mut T) + Sync,
+    ) -> bool {
         let (count, nu) = (self.len(), self.model.actuators.len());
         assert!(controls.is_empty() || controls.len() == count * steps * nu, "controls must be [n, steps, nu]");
         assert_eq!(records.len(), count, "records must have one entry per simulation");
-        self.for_each(records, |i, lane, record| {
+        self.for_each(records, goes_on, |i, lane, record, goes_on| {
             for k in 0..steps {
+                if !goes_on() {
+                    break;
+                }
                 if !controls.is_empty() {
                     let start = (i * steps + k) * nu;
                     let control = &mut lane.simulation.input.control;
@@ -323,26 +372,75 @@ impl Batch {
         })
     }
 
-    /// Hands the simulations to the threads, each with its index and its item; whether none of them stopped.
-    fn for_each<T: Send>(&mut self, items: &mut [T], work: impl Fn(usize, &mut Lane, &mut T) + Sync) -> bool {
+    /// Hands the simulations to the threads, each with its index, its item and whom to ask before every step whether to go on; whether none of
+    /// them stopped, nor was stopped.
+    fn for_each<T: Send>(
+        &mut self,
+        items: &mut [T],
+        goes_on: Option<&mut dyn FnMut() -> bool>,
+        work: impl Fn(usize, &mut Lane, &mut T, &mut dyn FnMut() -> bool) + Sync,
+    ) -> bool {
         let Self { lanes, pool, shared, .. } = self;
-        let work = |(i, (lane, item)): (usize, (&mut Lane, &mut T))| {
-            lane.stop = None;
-            work(i, lane, item);
-        };
-        let parallel = pool.is_some() || *shared;
-        let everything = || {
-            if parallel {
-                lanes.par_iter_mut().zip(items).with_max_len(1).enumerate().for_each(work);
-            } else {
-                lanes.iter_mut().zip(items).enumerate().for_each(work);
+        let ended = AtomicBool::new(false);
+        if pool.is_none() && !*shared {
+            let mut ask = asking(goes_on, &ended);
+            for (i, (lane, item)) in lanes.iter_mut().zip(items).enumerate() {
+                lane.stop = None;
+                work(i, lane, item, &mut ask);
             }
-        };
-        match pool {
-            Some(pool) => pool.install(everything),
-            None => everything(),
+        } else {
+            let each = |(i, (lane, item)): (usize, (&mut Lane, &mut T))| {
+                lane.stop = None;
+                work(i, lane, item, &mut || !ended.load(Ordering::Relaxed));
+            };
+            let everything = || lanes.par_iter_mut().zip(items).with_max_len(1).enumerate().for_each(each);
+            match (goes_on, pool) {
+                (Some(goes_on), Some(pool)) => pool.in_place_scope(|scope| watch(scope, everything, goes_on, &ended)),
+                (Some(goes_on), None) => rayon::in_place_scope(|scope| watch(scope, everything, goes_on, &ended)),
+                (None, Some(pool)) => pool.install(everything),
+                (None, None) => everything(),
+            }
         }
-        self.lanes.iter().all(|lane| lane.stop.is_none())
+        !ended.into_inner() && self.lanes.iter().all(|lane| lane.stop.is_none())
+    }
+}
+
+/// What a thread that does all the work asks before every step.
+fn asking(mut goes_on: Option<&mut dyn FnMut() -> bool>, ended: &AtomicBool) -> impl FnMut() -> bool {
+    let mut asked = Instant::now();
+    move || {
+        if let Some(goes_on) = &mut goes_on
+            && !ended.load(Ordering::Relaxed)
+            && asked.elapsed() > PAUSE
+        {
+            ended.store(!goes_on(), Ordering::Relaxed);
+            asked = Instant::now();
+        }
+        !ended.load(Ordering::Relaxed)
+    }
+}
+
+/// Lets a pool work and asks meanwhile. Where the caller's thread is one of the pool it works, too, since there may be no other.
+fn watch<'scope>(
+    scope: &rayon::Scope<'scope>,
+    work: impl FnOnce() + Send + 'scope,
+    goes_on: &mut dyn FnMut() -> bool,
+    ended: &AtomicBool,
+) {
+    let (done, over) = channel::<()>();
+    scope.spawn(move |_| {
+        work();
+        drop(done);
+    });
+    loop {
+        let pause = if rayon::yield_now() == Some(rayon::Yield::Executed) { Duration::ZERO } else { PAUSE };
+        if over.recv_timeout(pause) == Err(RecvTimeoutError::Disconnected) {
+            return;
+        }
+        if !goes_on() {
+            ended.store(true, Ordering::Relaxed);
+            return;
+        }
     }
 }
 

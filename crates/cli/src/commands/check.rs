@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
 
 fn check_solution(solution: &Path, arguments: &Arguments) -> Result<Exit, CliError> {
     let checked = check(&arguments.problem, solution, arguments.directions)?;
-    let files = [arguments.problem.clone(), solution.to_path_buf()];
+    let files = [arguments.problem.as_path().into(), solution.into()];
     let result = CheckResult::new(files, arguments.tol, checked);
     output::print_result(&result, arguments.json, text::check);
     Ok(if result.ok { Exit::Success } else { Exit::Failure })

@@ -61,7 +61,7 @@ fn compare(problem: &ProblemFile, path: &Path, plans: &[Plan], arguments: &Argum
     };
     let plain = matches!(problem, ProblemFile::Lcp(_) | ProblemFile::MixedLcp(_));
     Ok(Comparison {
-        problem: path.to_owned(),
+        problem: path.into(),
         kind: problem.kind(),
         nv,
         contacts,

@@ -10,6 +10,7 @@ use signorini_replay::export::export;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::output;
+use crate::results::FileName;
 
 const HELP: &str = "\
 The ending of the file's name says which format: .npz (NumPy arrays over all frames), .csv (one row per frame, names with
@@ -38,17 +39,18 @@ pub struct Arguments {
 /// The result of `convert`.
 #[derive(Debug, Serialize)]
 struct Converted {
-    recording: PathBuf,
-    out: PathBuf,
+    recording: FileName,
+    out: FileName,
     model: String,
     frames: usize,
 }
 
 /// Writes a recording in another format.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    output::keep_apart(&[&arguments.recording], &[("--out", Some(&arguments.out))])?;
     let mut reader = Reader::open(&arguments.recording)?;
     export(&mut reader, &arguments.out)?;
-    let (recording, out) = (arguments.recording.clone(), arguments.out.clone());
+    let (recording, out) = ((&arguments.recording).into(), (&arguments.out).into());
     let result = Converted { recording, out, model: reader.header().model_name.clone(), frames: reader.len() };
     output::print_result(&result, arguments.json, |result| {
         format!("{}: {} frames of {}\n", result.out.display(), result.frames, result.model)

@@ -6,7 +6,7 @@ use clap::Args;
 use signorini::RunEnd;
 use signorini::contact::problem_file::write_contact;
 
-use crate::args::{ModelArguments, StartArguments, StepArguments};
+use crate::args::{ModelArguments, StartArguments, StepArguments, finite};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::loading::{load_model, start};
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
     /// Time in seconds at which the step begins; the nearest step's is taken.
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = finite)]
     pub time: f64,
     /// File to write (.npz, kind = "contact").
     #[arg(long, value_name = "FILE.npz")]
@@ -45,6 +45,7 @@ pub struct Arguments {
 
 /// Simulates up to a time and writes the contact problem of the step that begins there.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    output::keep_apart(&arguments.model.files(), &[("--out", Some(&arguments.out))])?;
     let loaded = load_model(&arguments.model)?;
     let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let (begin, dt) = (simulation.state().time, simulation.timestep());
@@ -76,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let steps = simulation.summary().steps;
     let contradiction = stopped.map(|report| Contradiction::of(&simulation, &report, steps));
     let result = Exported {
-        out: contradiction.is_none().then(|| arguments.out.clone()),
+        out: contradiction.is_none().then(|| (&arguments.out).into()),
         source: loaded.source.clone(),
         time,
         timestep: dt,

@@ -11,6 +11,7 @@ use signorini_generate::{Arch, Heap, Pallet, Rough, Shapes, Stack, Stairs, Terra
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::output;
+use crate::results::FileName;
 
 const HELP: &str = "\
 The file is MJCF and needs no other file. The same numbers and the same --seed give the same file.
@@ -165,20 +166,23 @@ pub enum ShapesName {
 /// What was made.
 #[derive(Serialize)]
 struct Made {
-    out: PathBuf,
+    out: FileName,
     bytes: usize,
     bodies: usize,
 }
 
 /// Makes the world.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    if let Kind::Terrain { image, .. } = &arguments.kind {
+        output::keep_apart(&[image], &[("--out", arguments.out.as_deref())])?;
+    }
     let text = text(arguments)?;
     let Some(out) = &arguments.out else {
         output::print(&text);
         return Ok(Exit::Success);
     };
     signorini_files::write(out, &text).map_err(|source| CliError::Write { path: out.clone(), source })?;
-    let made = Made { out: out.clone(), bytes: text.len(), bodies: text.matches("<freejoint").count() };
+    let made = Made { out: out.into(), bytes: text.len(), bodies: text.matches("<freejoint").count() };
     output::print_result(&made, arguments.json, |made| {
         format!("{}: {} bodies, {} kB\n", made.out.display(), made.bodies, made.bytes.div_ceil(1000))
     });

@@ -14,8 +14,10 @@ use signorini::render::{
 use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::interrupt::Interrupt;
 use crate::loading::{load_model, start};
 use crate::output;
+use crate::results::FileName;
 
 const HELP: &str = "\
 The ending of --out says what is made: .png a picture, .mp4 a film (H.264), .apng one without loss, which browsers show. The picture is taken --time
@@ -40,7 +42,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
     /// Direction of the view without a camera: degrees around the world's z axis from x, and up.
-    #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "120,-20", value_parser = angles, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "120,-20", value_parser = angles, allow_hyphen_values = true, conflicts_with = "camera")]
     pub look: [f64; 2],
     /// Pixels, width by height.
     #[arg(long, value_name = "WxH", default_value = "640x480", value_parser = size)]
@@ -48,9 +50,9 @@ pub struct Arguments {
     /// Simulated time before the picture, or length of the film, s. [default: 0 for a picture, 2 for a film]
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub time: Option<f64>,
-    /// Frames of a film per second of simulated time.
-    #[arg(long, value_name = "N", default_value = "30", value_parser = positive)]
-    pub fps: f64,
+    /// Frames of a film per second of simulated time. [default: 30]
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub fps: Option<f64>,
     /// Rays for every pixel: 1 with more at edges, for films; 16 or more for soft shadows, for paper. [default: 16 for a picture, 1 for a film]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     pub samples: Option<u16>,
@@ -71,6 +73,13 @@ pub struct Arguments {
     pub json: bool,
 }
 
+impl Arguments {
+    /// Frames per second of simulated time.
+    fn rate(&self) -> f64 {
+        self.fps.unwrap_or(30.0)
+    }
+}
+
 /// What is behind everything, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BackgroundName {
@@ -83,7 +92,7 @@ pub enum BackgroundName {
 /// What was made.
 #[derive(Serialize)]
 struct Rendered {
-    out: PathBuf,
+    out: FileName,
     model: String,
     width: usize,
     height: usize,
@@ -97,6 +106,10 @@ struct Rendered {
 /// Makes the picture or the film.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let form = Form::of(&arguments.out)?;
+    output::keep_apart(&arguments.model.files(), &[("--out", Some(&arguments.out))])?;
+    if arguments.fps.is_some() && form == Form::Picture {
+        return Err(CliError::UnusedOption { option: "--fps", needs: "films (.mp4, .apng)" });
+    }
     let film = form != Form::Picture;
     let loaded = load_model(&arguments.model)?;
     let simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
@@ -109,7 +122,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
             BackgroundName::White => Background::White,
         });
     let renderer = Renderer::new(Arc::clone(&loaded.model), settings);
-    let mut studio = Studio { arguments, simulation, renderer, framed: None, spent: Duration::ZERO };
+    let mut studio =
+        Studio { arguments, simulation, renderer, framed: None, spent: Duration::ZERO, interrupted: false };
     let time = arguments.time.unwrap_or(if film { 2.0 } else { 0.0 });
     let begin = studio.simulation.state().time;
     let frames = match form {
@@ -120,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
             1
         }
         Form::Mp4 => {
-            let mut film = Film::new(arguments.size, arguments.fps)?;
+            let mut film = Film::new(arguments.size, arguments.rate())?;
             studio.roll(begin, time, |frame| film.add(&frame).map_err(CliError::from))?;
             save(arguments, |out| film.write(out))?;
             film.len()
@@ -131,12 +145,12 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
                 frames.push(frame);
                 Ok(())
             })?;
-            save(arguments, |out| write_animated_png(&frames, arguments.fps, out))?;
+            save(arguments, |out| write_animated_png(&frames, arguments.rate(), out))?;
             frames.len()
         }
     };
     let rendered = Rendered {
-        out: arguments.out.clone(),
+        out: (&arguments.out).into(),
         model: loaded.model.name.clone(),
         width: arguments.size[0],
         height: arguments.size[1],
@@ -145,7 +159,11 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         seconds_per_frame: studio.spent.as_secs_f64() / frames as f64,
     };
     output::print_result(&rendered, arguments.json, text);
-    Ok(if studio.simulation.summary().missed_steps > 0 { Exit::NotSolved } else { Exit::Success })
+    Ok(match studio.simulation.summary().missed_steps {
+        _ if studio.interrupted => Exit::Interrupted,
+        0 => Exit::Success,
+        _ => Exit::NotSolved,
+    })
 }
 
 /// The simulation before the camera.
@@ -157,6 +175,8 @@ struct Studio<'a> {
     framed: Option<View>,
     /// Wall time of pictures.
     spent: Duration,
+    /// Whether a signal ended the film before its time.
+    interrupted: bool,
 }
 
 impl Studio<'_> {
@@ -172,17 +192,23 @@ impl Studio<'_> {
         Ok(())
     }
 
-    /// Gives every frame of a film of `time` seconds.
+    /// Gives every frame of a film of `time` seconds, or those up to a signal.
     fn roll(
         &mut self,
         begin: f64,
         time: f64,
         mut keep: impl FnMut(Picture) -> Result<(), CliError>,
     ) -> Result<(), CliError> {
-        let count = (time * self.arguments.fps).round() as usize;
+        let rate = self.arguments.rate();
+        let count = (time * rate).round() as usize;
         let progress = output::progress(count as u64, "frames");
+        let interrupt = Interrupt::listen();
         for k in 0..=count {
-            self.advance_to(begin + k as f64 / self.arguments.fps)?;
+            if k > 0 && interrupt.came() {
+                self.interrupted = true;
+                break;
+            }
+            self.advance_to(begin + k as f64 / rate)?;
             keep(self.take()?)?;
             progress.set_position(k as u64);
         }

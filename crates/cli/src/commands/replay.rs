@@ -11,7 +11,7 @@ use signorini::viewer::PageServer;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::output;
-use crate::results::ending;
+use crate::results::{FileName, ending};
 
 const HELP: &str = "\
 Without --report the page is served on this machine only, at the address that is printed; Ctrl-C ends it. The page is that of
@@ -51,12 +51,12 @@ pub struct Arguments {
 /// What is shown, and where.
 #[derive(Serialize)]
 struct Shown {
-    recording: PathBuf,
+    recording: FileName,
     model: String,
     frames: usize,
     ending: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    report: Option<PathBuf>,
+    report: Option<FileName>,
     #[serde(skip_serializing_if = "Option::is_none")]
     address: Option<String>,
 }
@@ -74,13 +74,14 @@ impl Shown {
 
 /// Shows a recording.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    output::keep_apart(&[&arguments.recording], &[("--report", arguments.report.as_deref())])?;
     let mut reader = Reader::open(&arguments.recording)?;
     let mut shown = Shown {
-        recording: arguments.recording.clone(),
+        recording: (&arguments.recording).into(),
         model: reader.header().model_name.clone(),
         frames: reader.len(),
         ending: ending(reader.ending()),
-        report: arguments.report.clone(),
+        report: arguments.report.as_ref().map(Into::into),
         address: None,
     };
     if let Some(path) = &arguments.report {

@@ -11,6 +11,7 @@ use signorini::{CertifiedLaw, RunEnd, Simulation, SimulationError, StepReport};
 use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
 use crate::error::CliError;
 use crate::exit::Exit;
+use crate::interrupt::Interrupt;
 use crate::loading::{Loaded, load_model, start};
 use crate::results::{
     Budget, Contradiction, Laws, Miss, Range, RunResult, RunStatus, StageLine, Unfinished, import_warnings,
@@ -42,7 +43,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
     /// Simulated time in seconds.
-    #[arg(long, value_name = "S", default_value = "2", value_parser = positive)]
+    #[arg(long, alias = "time", value_name = "S", default_value = "2", value_parser = positive)]
     pub duration: f64,
     /// The state to start from.
     #[command(flatten)]
@@ -63,24 +64,31 @@ pub struct Arguments {
 
 /// Runs a model, writes recording and report, prints the summary.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
-    let loaded = load_model(&arguments.model)?;
-    let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let default_report = arguments.model.model.is_none().then(|| DEFAULT_REPORT.into());
     let report = arguments.report.clone().or(default_report);
+    let outputs = [("--record", arguments.record.as_deref()), ("--report", report.as_deref())];
+    output::keep_apart(&arguments.model.files(), &outputs)?;
+    let loaded = load_model(&arguments.model)?;
+    let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
+    let (duration, timestep) = (arguments.duration, simulation.timestep());
+    if (duration / timestep).round() < 1.0 {
+        return Err(CliError::NoStep { duration, timestep });
+    }
     let outputs = Outputs::create(&simulation, arguments.record.as_deref(), report.as_deref(), &loaded)?;
 
     let (start_time, start_energy) = (simulation.state().time, total_energy(&simulation));
-    let driven = drive(&mut simulation, arguments.duration, outputs)?;
+    let driven = drive(&mut simulation, duration, outputs)?;
     let mut result = summarise(&loaded, &simulation, &driven);
     result.time.start = start_time;
     result.energy.start = start_energy;
-    result.recording = arguments.record.clone();
-    result.report = report;
+    result.recording = arguments.record.as_ref().map(Into::into);
+    result.report = report.as_ref().map(Into::into);
     output::print_result(&result, arguments.json, text::run);
     Ok(match result.status {
         RunStatus::Finished => Exit::Success,
         RunStatus::MissedTolerance => Exit::NotSolved,
         RunStatus::NoSolution => Exit::Contradiction,
+        RunStatus::Interrupted => Exit::Interrupted,
     })
 }
 
@@ -100,8 +108,16 @@ struct Driven {
 fn drive(simulation: &mut Simulation, duration: f64, outputs: Outputs) -> Result<Driven, CliError> {
     let steps = (duration / simulation.timestep()).round();
     let progress = output::progress(steps as u64, "steps");
-    let mut watch =
-        Watch { outputs, progress, tried: 0, misses: None, unfinished: None, observing: Duration::ZERO, broken: None };
+    let mut watch = Watch {
+        outputs,
+        progress,
+        interrupt: Interrupt::listen(),
+        tried: 0,
+        misses: None,
+        unfinished: None,
+        observing: Duration::ZERO,
+        broken: None,
+    };
     let begin = Instant::now();
     let end = simulation.run(duration, |simulation, report| watch.after_step(simulation, report));
     let seconds = begin.elapsed().saturating_sub(watch.observing).as_secs_f64();
@@ -122,6 +138,7 @@ fn drive(simulation: &mut Simulation, duration: f64, outputs: Outputs) -> Result
 struct Watch {
     outputs: Outputs,
     progress: ProgressBar,
+    interrupt: Interrupt,
     tried: u64,
     misses: Option<Miss>,
     unfinished: Option<Unfinished>,
@@ -160,7 +177,7 @@ impl Watch {
         self.tried += 1;
         self.progress.set_position(self.tried);
         self.observing += begin.elapsed();
-        self.broken.is_none()
+        self.broken.is_none() && !self.interrupt.came()
     }
 }
 
@@ -184,7 +201,7 @@ fn reason(end: &Result<RunEnd, SimulationError>, time: f64) -> String {
     match end {
         Ok(RunEnd::Finished) => format!("reached {time} s"),
         Ok(RunEnd::NoSolution(_)) => format!("the contacts contradict each other at {time} s"),
-        Ok(RunEnd::Stopped) => format!("stopped at {time} s"),
+        Ok(RunEnd::Stopped) => format!("interrupted at {time} s"),
         Err(error) => format!("broke down at {time} s: {error}"),
     }
 }
@@ -197,7 +214,11 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
     let bodies = (1..model.bodies.len() as u32).map(BodyId);
     let asleep = bodies.filter(|&body| simulation.workspace().sleeps(body)).count();
     let mut result = RunResult {
-        status: if summary.missed_steps > 0 { RunStatus::MissedTolerance } else { RunStatus::Finished },
+        status: match driven.end {
+            RunEnd::Stopped => RunStatus::Interrupted,
+            _ if summary.missed_steps > 0 => RunStatus::MissedTolerance,
+            _ => RunStatus::Finished,
+        },
         model: model.name.clone(),
         source: loaded.source.clone(),
         bodies: model.bodies.len() - 1,

@@ -79,6 +79,8 @@ pub struct Arguments {
 /// Solves every problem and prints what came out.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     check_options(arguments)?;
+    let problems: Vec<&Path> = arguments.problems.iter().map(PathBuf::as_path).collect();
+    output::keep_apart(&problems, &[("--out", arguments.out.as_deref())])?;
     let progress = output::progress(arguments.problems.len() as u64, "problems");
     let (mut unreadable, mut unsolved) = (0, 0);
     for path in &arguments.problems {
@@ -148,7 +150,7 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
     }
     let refined = arguments.method == Some(SolverChoice::Refined);
     Ok(SolveResult {
-        problem: path.to_owned(),
+        problem: path.into(),
         kind,
         n: answer.n,
         contacts: answer.contacts,
@@ -169,7 +171,7 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
         distributions: answer.distributions,
         involved: if answer.holds { Vec::new() } else { answer.ending.involved },
         denial: answer.denial.as_ref().map(|(proof, residual)| DenialProof::of(proof, *residual)),
-        solution: arguments.out.clone(),
+        solution: arguments.out.as_ref().map(Into::into),
     })
 }
 

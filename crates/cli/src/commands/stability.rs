@@ -9,7 +9,7 @@ use std::sync::Arc;
 use clap::Args;
 use signorini::contact::problem_file::{write_contact, write_stability};
 use signorini::formats::ImportReport;
-use signorini::multibody::{BodyId, Input, Model, State};
+use signorini::multibody::{Input, Model, State};
 use signorini::statics::{
     Assembly, Attraction, Configuration, ModelStability, StabilitySettings, Verdict, held_by_motors,
 };
@@ -22,7 +22,7 @@ use crate::loading::{Loaded, load_model, start};
 use crate::pack::{self, PackArguments};
 use crate::results::{CriticalLine, StabilityResult};
 use crate::{output, text};
-use limits::LimitArguments;
+use limits::{LimitArguments, body_named};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -77,8 +77,8 @@ pub struct Arguments {
     pub limits: LimitArguments,
     /// Bodies, or geoms' bodies, that hold together: A,B=FORCE in N for a pair, over all its contact points, or FORCE for every contact
     /// point: studs, glue, magnets, clamps. Can be given several times.
-    #[arg(long, value_name = "[A,B=]FORCE")]
-    pub attract: Vec<String>,
+    #[arg(long, value_name = "[A,B=]FORCE", value_parser = AttractArgument::parse)]
+    pub attract: Vec<AttractArgument>,
     /// The range of every contact force over all balances (in --json, and the widest in words).
     #[arg(long)]
     pub ranges: bool,
@@ -177,23 +177,48 @@ impl Subject {
     }
 }
 
-/// What holds bodies together, in words of the command line.
-fn attractions(words: &[String], model: &Model) -> Result<Vec<Attraction>, CliError> {
-    let wrong =
-        || CliError::UnusedOption { option: "--attract", needs: "FORCE, or A,B=FORCE with the names of two bodies" };
-    let body = |name: &str| model.bodies.iter().position(|body| body.name == name).map(|k| BodyId(k as u32));
-    let read = |word: &String| {
-        let (pair, force) = word.rsplit_once('=').map_or((None, word.as_str()), |(pair, force)| (Some(pair), force));
-        let force: f64 = force.trim().parse().map_err(|_| wrong())?;
-        let Some(pair) = pair else { return Ok(Attraction::Points(force)) };
-        let (a, b) = pair.split_once(',').ok_or_else(wrong)?;
-        Ok(Attraction::Pair([body(a.trim()).ok_or_else(wrong)?, body(b.trim()).ok_or_else(wrong)?], force))
+/// What holds bodies together, as the command line has it.
+#[derive(Clone, Debug)]
+pub struct AttractArgument {
+    /// Two bodies or geoms; every contact point where there are none.
+    pair: Option<[String; 2]>,
+    /// N.
+    force: f64,
+}
+
+impl AttractArgument {
+    fn parse(text: &str) -> Result<Self, String> {
+        let (pair, force) = text.rsplit_once('=').map_or((None, text), |(pair, force)| (Some(pair), force));
+        let force = force.trim().parse::<f64>().ok().filter(|force| *force >= 0.0 && force.is_finite());
+        let pair = pair.map(|pair| pair.split_once(',').map(|(a, b)| [a, b].map(|name| name.trim().to_owned())));
+        match (pair, force) {
+            (None, Some(force)) => Ok(Self { pair: None, force }),
+            (Some(Some(pair)), Some(force)) => Ok(Self { pair: Some(pair), force }),
+            _ => Err("must be FORCE or A,B=FORCE: two names, and newtons from 0 on".into()),
+        }
+    }
+}
+
+/// The attractions of this model.
+fn attractions(words: &[AttractArgument], model: &Model) -> Result<Vec<Attraction>, CliError> {
+    let body = |name: &str| body_named(model, "--attract", name.trim());
+    let read = |attract: &AttractArgument| {
+        Ok(match &attract.pair {
+            None => Attraction::Points(attract.force),
+            Some([a, b]) => Attraction::Pair([body(a)?, body(b)?], attract.force),
+        })
     };
     words.iter().map(read).collect()
 }
 
 /// Says whether a model stands, with a proof.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    let outputs = [
+        ("--report", arguments.report.as_deref()),
+        ("--problem", arguments.problem.as_deref()),
+        ("--out", arguments.out.as_deref()),
+    ];
+    output::keep_apart(&arguments.model.files(), &outputs)?;
     let settings = Settings::default().with_directions(arguments.directions);
     let subject = Subject::new(arguments, &settings)?;
     let settings = StabilitySettings::default()

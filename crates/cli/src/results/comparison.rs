@@ -1,14 +1,14 @@
 //! The result of `compare`.
 
-use std::path::PathBuf;
-
 use serde::{Deserialize, Serialize};
+
+use super::FileName;
 
 /// All laws and methods on one problem.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
     /// File.
-    pub problem: PathBuf,
+    pub problem: FileName,
     /// Kind of the file.
     pub kind: &'static str,
     /// Degrees of freedom, where the problem has a velocity.

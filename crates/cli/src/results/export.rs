@@ -1,16 +1,14 @@
 //! The result of `export`.
 
-use std::path::PathBuf;
-
 use serde::Serialize;
 
-use super::{Contradiction, ImportWarning};
+use super::{Contradiction, FileName, ImportWarning};
 
 /// The result of `export`.
 #[derive(Debug, Serialize)]
 pub struct Exported {
     /// File written; none where the simulation did not get there.
-    pub out: Option<PathBuf>,
+    pub out: Option<FileName>,
     /// File of the model, or bundled scene.
     pub source: String,
     /// Time at the beginning of the step, s.

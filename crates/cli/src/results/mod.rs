@@ -3,6 +3,7 @@
 mod comparison;
 mod contradiction;
 mod export;
+mod file_name;
 mod inspection;
 mod recording;
 mod run;
@@ -13,6 +14,7 @@ mod stages;
 pub use comparison::{Comparison, Row};
 pub use contradiction::{Contradiction, Involved, Place};
 pub use export::Exported;
+pub use file_name::FileName;
 pub use inspection::{BodyLine, Inspection};
 pub use recording::{RecordingResult, ending};
 pub use run::{Budget, Miss, Range, RunResult, RunStatus, Unfinished};

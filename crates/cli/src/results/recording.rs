@@ -1,20 +1,20 @@
 //! What checking or converting a recording found.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 use signorini::CertifiedLaw;
 use signorini::recording::{Ending, Reader};
 use signorini_replay::RecordingCheck;
 
-use super::Laws;
+use super::{FileName, Laws};
 use crate::solving::ContactLaw;
 
 /// The result of `check` on a recording.
 #[derive(Debug, Serialize)]
 pub struct RecordingResult {
     /// The recording.
-    pub recording: PathBuf,
+    pub recording: FileName,
     /// The model's name.
     pub model: String,
     /// Whether every step holds.
@@ -81,7 +81,7 @@ impl RecordingResult {
             fault: violation.fault.as_ref().map(ToString::to_string),
         });
         Self {
-            recording: path.to_owned(),
+            recording: path.into(),
             model: reader.header().model_name.clone(),
             ok: found.holds(),
             tolerance,

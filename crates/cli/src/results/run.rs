@@ -1,12 +1,10 @@
 //! What a simulation adds up to.
 
-use std::path::PathBuf;
-
 use serde::Serialize;
 use signorini::Simulation;
 use signorini::contact::{LackingRow, ResidualSpread};
 
-use super::{Contradiction, ImportWarning, Involved, Laws, StageLine};
+use super::{Contradiction, FileName, ImportWarning, Involved, Laws, StageLine};
 use crate::solving::ContactLaw;
 
 /// The result of `simulate`.
@@ -92,10 +90,10 @@ pub struct RunResult {
     pub warnings: Vec<ImportWarning>,
     /// Recording written.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub recording: Option<PathBuf>,
+    pub recording: Option<FileName>,
     /// Report written.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub report: Option<PathBuf>,
+    pub report: Option<FileName>,
 }
 
 /// How a run ended.
@@ -108,6 +106,8 @@ pub enum RunStatus {
     MissedTolerance,
     /// A step has no solution, or none was found.
     NoSolution,
+    /// A signal ended the run before its time was over.
+    Interrupted,
 }
 
 /// A quantity at the start and at the end.

@@ -1,7 +1,6 @@
 //! Results of `solve` and `check`.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 use serde::Serialize;
 use signorini::contact::statics::Verdict;
@@ -12,14 +11,14 @@ use signorini::contact::{
 use signorini::lcp::{ExcludedCase, Exclusion, PairCase, Status};
 use signorini_check::{Checked, Law};
 
-use super::{Laws, StageHistory, StageLine};
+use super::{FileName, Laws, StageHistory, StageLine};
 use crate::solving::{ContactLaw, Denial};
 
 /// A solved (or refused) problem.
 #[derive(Clone, Debug, Serialize)]
 pub struct SolveResult {
     /// File.
-    pub problem: PathBuf,
+    pub problem: FileName,
     /// Kind of the file.
     pub kind: &'static str,
     /// Rows of the complementarity problem.
@@ -74,7 +73,7 @@ pub struct SolveResult {
     pub denial: Option<DenialProof>,
     /// Solution, or proof that there is none, written.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub solution: Option<PathBuf>,
+    pub solution: Option<FileName>,
 }
 
 /// A proof that there is no solution.
@@ -194,9 +193,9 @@ impl Distributions {
 #[derive(Clone, Debug, Serialize)]
 pub struct CheckResult {
     /// Problem file.
-    pub problem: PathBuf,
+    pub problem: FileName,
     /// Solution file.
-    pub solution: PathBuf,
+    pub solution: FileName,
     /// Kind of the problem.
     pub kind: &'static str,
     /// The law of contact checked, where the problem has contacts: the solution file says which.
@@ -221,7 +220,7 @@ pub struct CheckResult {
 
 impl CheckResult {
     /// Compares residuals with the tolerance.
-    pub fn new([problem, solution]: [PathBuf; 2], tolerance: f64, checked: Checked) -> Self {
+    pub fn new([problem, solution]: [FileName; 2], tolerance: f64, checked: Checked) -> Self {
         let violated = checked.violated(tolerance);
         let law = checked.law.map(|law| if law == Law::Circular { ContactLaw::Circular } else { ContactLaw::Polygon });
         let denial = checked.denial.map(signorini_check::Denial::name);

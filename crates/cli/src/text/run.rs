@@ -5,7 +5,7 @@ use std::fmt::Write;
 use signorini::{SettleProgress, SettleReport};
 
 use super::{bodies, count, import, laws, number};
-use crate::results::{Budget, Contradiction, Exported, Involved, Place, RunResult};
+use crate::results::{Budget, Contradiction, Exported, Involved, Place, RunResult, RunStatus};
 use crate::solving::ContactLaw;
 
 /// The summary of a run.
@@ -61,6 +61,9 @@ pub fn run(result: &RunResult) -> String {
     }
     if let Some(contradiction) = &result.contradiction {
         out.push_str(&stopped(contradiction));
+    }
+    if result.status == RunStatus::Interrupted {
+        let _ = writeln!(out, "INTERRUPTED  at {} s; all of this is up to there", number(result.time.end));
     }
     out
 }

@@ -69,10 +69,17 @@ fn wrong_command_lines_exit_with_64() {
     run(&["--duration", "-1"]).complains(&["'-1' for '--duration", "positive"]);
     run(&["--timestep", "-0.01"]).complains(&["'-0.01' for '--dt", "positive"]);
     folder.run(&["make", "heap", "--count", "-3", "--out", "heap.xml"]).exits(64).complains(&["'-3' for '--count"]);
+    run(&["--duration", "0.004"]).complains(&["--duration 0.004 s", "0.01 s", "no step"]);
+    let export = |time: &str| folder.run(&["export", "ball.xml", "--out", "p.npz", "--time", time]).exits(64);
+    export("nan").complains(&["'nan' for '--time", "finite"]);
+    export("inf").complains(&["'inf' for '--time", "finite"]);
     run(&["--stabilization", "2"]).complains(&["at most 1"]);
     run(&["--set", "ball.q"]).complains(&["NAME.q=VALUES"]);
     run(&["--set", "ball.q=up"]).complains(&["'up' is not a finite number"]);
     run(&["--scene", "house_of_cards"]).complains(&["--scene"]);
+    let render = |words: &[&str]| folder.run(&[&["render", "ball.xml", "--out", "ball.png"], words].concat()).exits(64);
+    render(&["--fps", "10"]).complains(&["--fps", "films"]);
+    render(&["--camera", "front", "--look", "0,-90"]).complains(&["--camera", "--look"]);
     folder.run(&["fly"]).exits(64);
     folder.run(&["solve", "a.npz", "b.npz", "--out", "c.npz"]).exits(64).complains(&["--out"]);
     let help = folder.run(&["--help"]).exits(0).stdout;

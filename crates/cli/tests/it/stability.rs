@@ -165,6 +165,52 @@ fn limits_are_checked_from_their_files() {
     let glued = ask(&["--attract", "world,box=100", "--safety", "push", "--on", "box"]);
     let limit = glued["safety"]["holds"].as_f64().expect("a limit");
     assert!(limit > 40.0, "{limit}");
-    let wrong = folder.run(&["stability", "holds.xml", "--attract", "box,nobody=1"]);
-    assert!(wrong.code != 0 && wrong.stderr.contains("--attract"), "{}", wrong.stderr);
+}
+
+/// A geom stands for its body, and a name that there is not is answered with those that there are.
+#[test]
+fn bodies_go_by_their_names_and_those_of_their_geoms() {
+    let folder = Folder::new("stability-names");
+    let text = "<mujoco><worldbody><geom name='floor' type='plane' friction='0.5'/><body name='box' pos='0 0 0.1'><freejoint/>\
+        <geom name='crate' type='box' size='0.1 0.1 0.1' mass='1' friction='0.5'/></body></worldbody></mujoco>";
+    folder.write("box.xml", text);
+    // It slides under its friction, and is held by half of the magnet's force times the same coefficient, as far as no edge tips.
+    let push = |words: &[&str]| {
+        let done = folder.run(&[&["stability", "box.xml", "--json", "--safety", "push"], words].concat()).exits(0);
+        done.lines()[0]["safety"]["holds"].as_f64().expect("a limit")
+    };
+    for name in ["box", "crate"] {
+        assert!((push(&["--on", name]) - 0.5 * 9.81).abs() < 1e-5);
+    }
+    for pair in ["world,box=4", "floor,crate=4"] {
+        assert!((push(&["--on", "box", "--attract", pair]) - 0.5 * (9.81 + 4.0)).abs() < 1e-5, "{pair}");
+    }
+    let run = |words: &[&str]| folder.run(&[&["stability", "box.xml"], words].concat());
+    run(&["--attract", "box,nobody=1"]).exits(1).complains(&["--attract 'nobody'", "the bodies box"]);
+    run(&["--safety", "weight", "--on", "bx"]).exits(1).complains(&["--on 'bx'", "the bodies box"]);
+}
+
+/// What has no meaning beside the rest is refused, not overlooked.
+#[test]
+fn options_that_no_question_uses_are_refused() {
+    let folder = Folder::new("stability-unused");
+    folder.write("holds.xml", &slope(0.4));
+    let run = |words: &[&str]| folder.run(&[&["stability"], words].concat()).exits(64);
+    for force in ["box,floor", "a,b=-1", "nan", "=3"] {
+        run(&["holds.xml", "--attract", force]).complains(&["--attract", "A,B=FORCE"]);
+    }
+    run(&["holds.xml", "--on", "box"]).complains(&["--safety"]);
+    run(&["holds.xml", "--towards", "1,0,0"]).complains(&["--safety"]);
+    run(&["holds.xml", "--safety", "tilt", "--on", "box"]).complains(&["--on", "push or weight"]);
+    run(&["holds.xml", "--safety", "friction", "--towards", "1,0,0"])
+        .complains(&["--towards", "tilt, horizontal or push"]);
+    run(&["holds.xml", "--safety", "tilt", "--worst", "--towards", "1,0,0"]).complains(&["--towards", "--worst"]);
+    for direction in ["1,0", "0,0,0", "1,nan,0", "x,y,z"] {
+        run(&["holds.xml", "--safety", "tilt", "--towards", direction]).complains(&["--towards", "X,Y,Z"]);
+    }
+    run(&["--pack", "stones", "--floating-base"]).complains(&["--pack", "--floating-base"]);
+    run(&["--pack", "stones", "--decompose"]).complains(&["--pack", "--decompose"]);
+    run(&["holds.xml", "--density", "2000"]).complains(&["--density", "MODEL"]);
+    run(&["--scene", "wall", "--fixed", "left"]).complains(&["--fixed", "--scene"]);
+    run(&["--fixed", "left"]).complains(&["--pack"]);
 }

@@ -43,7 +43,7 @@ def check_name(name: str) -> Parameter:
     if name in PARAMETERS:
         return PARAMETERS[name]
     near = difflib.get_close_matches(name, PARAMETERS, n=1)
-    hint = f"; did you mean '{near[0]}'?" if near else ""
+    hint = f"; did you mean '{near[0]}'?" if near else "."
     raise ProblemError(f"there is no parameter '{name}'{hint} There are {', '.join(PARAMETERS)}")
 
 

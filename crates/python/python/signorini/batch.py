@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional, Sequence, Tuple, Type
+from typing import Any, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,21 +62,21 @@ class Batch(Strict, _core.Batch):
         self,
         ctrl: Optional[ArrayLike] = None,
         nstep: Optional[int] = None,
-        record: Sequence[str] = ("qpos", "qvel"),
+        record: Union[str, Sequence[str]] = ("qpos", "qvel"),
     ) -> Tuple[NDArray[np.float64], ...]:
         """Makes steps and returns what was recorded after each, one array per name; the GIL is released meanwhile.
 
         Args:
             ctrl: control values of every step, (nsim, nstep, nu); without it, ``self.ctrl`` stays.
             nstep: number of steps, where ``ctrl`` does not say it.
-            record: of "qpos", (nsim, nstep, nq), "qvel", (nsim, nstep, nv), "act", (nsim, nstep, na), "sensordata",
+            record: one or several of "qpos", (nsim, nstep, nq), "qvel", (nsim, nstep, nv), "act", (nsim, nstep, na), "sensordata",
                 (nsim, nstep, nsensordata), "contact_wrench", (nsim, nstep, nbody, 6), and "residual", (nsim, nstep), each as the attribute of this name.
 
         Raises:
             BatchError: simulations stopped; the others made all their steps.
             ProblemError: ``ctrl`` has another shape, or nothing has a name in ``record``.
         """
-        return tuple(self._rollout(ctrl, nstep, list(record)))
+        return tuple(self._rollout(ctrl, nstep, [record] if isinstance(record, str) else list(record)))
 
     def __reduce__(self) -> Tuple[Any, ...]:
         return _rebuild, (type(self), self.model, len(self), self.settings, self.nthread, self._save())

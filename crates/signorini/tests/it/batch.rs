@@ -56,6 +56,55 @@ fn a_rollout_records_what_its_controls_do() {
     }
 }
 
+/// Every simulation has then made whole steps, those that it makes alone, and its record ends with them.
+#[test]
+fn a_rollout_ends_where_its_caller_says_so() {
+    let (model, count) = (quadruped(), 4);
+    let check = |threads: usize| {
+        let mut batch = Batch::new(model.clone(), Settings::default(), count, threads).unwrap();
+        (0..count).for_each(|i| *batch.state_mut(i) = start(&model, i));
+        let (mut records, mut asked) = (vec![Vec::new(); count], 0);
+        let ended = batch.rollout_while(
+            usize::MAX,
+            &[],
+            &mut records,
+            || {
+                asked += 1;
+                asked < 3
+            },
+            |k, simulation, record: &mut Vec<f64>| {
+                assert_eq!(k, record.len());
+                record.push(simulation.state().q[0]);
+            },
+        );
+        assert!(!ended && asked == 3);
+        assert!(batch.stops().next().is_none());
+        for (i, record) in records.iter().enumerate() {
+            let mut alone = Simulation::new(model.clone(), Settings::default()).unwrap();
+            alone.set_state(&start(&model, i)).unwrap();
+            record.iter().for_each(|x| {
+                alone.step().unwrap();
+                assert_eq!(*x, alone.state().q[0]);
+            });
+            assert_eq!(batch.state(i), alone.state());
+        }
+        assert!(records.iter().any(|record| !record.is_empty()));
+        // And goes on from there.
+        assert!(batch.step_chosen_while(3, &[true; 4], || true));
+    };
+    [0, 1, 2].into_iter().for_each(check);
+}
+
+/// There nobody but the caller can work.
+#[test]
+fn a_batch_in_a_pool_of_one_thread_is_watched() {
+    let model = quadruped();
+    let mut batch = Batch::new(model.clone(), Settings::default(), 3, 0).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert!(pool.install(|| batch.step_chosen_while(5, &[true, false, true], || true)));
+    assert_eq!([0, 1, 2].map(|i| (batch.state(i).time / batch.timestep()).round()), [5.0, 0.0, 5.0]);
+}
+
 /// A box of 200 mm squeezed between blocks that are 180 mm apart, but for the simulation in which it is above them.
 #[test]
 fn one_that_stops_leaves_the_others_going() {

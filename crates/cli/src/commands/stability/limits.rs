@@ -9,6 +9,7 @@ use signorini::multibody::glam::DVec3;
 use signorini::multibody::{BodyId, Model};
 use signorini::statics::{Configuration, Safety, SafetyQuestion, Sideload, StabilitySettings};
 
+use crate::assignment::named;
 use crate::error::CliError;
 use crate::results::SafetyResult;
 
@@ -20,18 +21,11 @@ pub struct LimitArguments {
     /// share and push act towards --towards.
     #[arg(long, value_name = "WHAT", value_enum)]
     pub safety: Option<SafetyName>,
-    /// Direction of --safety tilt and horizontal, in the plane across gravity, and of push.
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        value_delimiter = ',',
-        num_args = 1,
-        default_value = "1,0,0",
-        allow_hyphen_values = true
-    )]
-    pub towards: Vec<f64>,
+    /// Direction of --safety tilt and horizontal, in the plane across gravity, and of push. [default: 1,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true, requires = "safety")]
+    pub towards: Option<[f64; 3]>,
     /// The worst of all directions of --safety tilt, horizontal or push (across gravity), instead of --towards.
-    #[arg(long, requires = "safety")]
+    #[arg(long, requires = "safety", conflicts_with = "towards")]
     pub worst: bool,
     /// Also the limit under circular cones of friction, between polygons inside and outside them.
     #[arg(long, requires = "safety", conflicts_with = "worst")]
@@ -40,12 +34,31 @@ pub struct LimitArguments {
     #[arg(long, requires = "safety", conflicts_with = "worst")]
     pub moves: bool,
     /// The body of --safety weight and push.
-    #[arg(long, value_name = "BODY")]
+    #[arg(long, value_name = "BODY", requires = "safety")]
     pub on: Option<String>,
     /// Write both proofs of the limit, with their problems, for `signorini check`: PREFIX-holds.npz and PREFIX-holds-proof.npz, PREFIX-falls.npz
     /// and PREFIX-falls-proof.npz.
     #[arg(long, value_name = "PREFIX", requires = "safety")]
     pub limit_files: Option<PathBuf>,
+}
+
+/// The body of this name, or of the geom of this name.
+pub fn body_named(model: &Model, option: &'static str, name: &str) -> Result<BodyId, CliError> {
+    let of_geom = || model.geoms.iter().find(|geom| geom.name == name).map(|geom| geom.body);
+    model.body_named(name).or_else(of_geom).ok_or_else(|| CliError::UnknownBody {
+        option,
+        name: name.to_owned(),
+        known: named("bodies", &mut model.bodies.iter().skip(1).map(|body| &body.name)),
+    })
+}
+
+/// Three numbers that point somewhere.
+fn direction(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) if [x, y, z].iter().all(|c: &f64| c.is_finite()) && [x, y, z] != [0.0; 3] => Ok([x, y, z]),
+        _ => Err("must be three numbers X,Y,Z that are not all zero".into()),
+    }
 }
 
 /// What is increased until a model must move.
@@ -87,6 +100,7 @@ impl LimitArguments {
         settings: &StabilitySettings,
     ) -> Result<Option<SafetyResult>, CliError> {
         let Some(what) = self.safety else { return Ok(None) };
+        self.check(what)?;
         let unit = if what == SafetyName::Tilt { 1.0_f64.to_degrees() } else { 1.0 };
         let mut result = SafetyResult { what: what.name(), ..SafetyResult::default() };
         let found = if self.worst {
@@ -111,11 +125,22 @@ impl LimitArguments {
         Ok(Some(result))
     }
 
+    /// Refuses options that this question has no use for.
+    fn check(&self, what: SafetyName) -> Result<(), CliError> {
+        let unused = |option, needs| Err(CliError::UnusedOption { option, needs });
+        if self.on.is_some() && !matches!(what, SafetyName::Push | SafetyName::Weight) {
+            return unused("--on", "--safety push or weight");
+        }
+        if self.towards.is_some() && matches!(what, SafetyName::Weight | SafetyName::Motors | SafetyName::Friction) {
+            return unused("--towards", "--safety tilt, horizontal or push");
+        }
+        Ok(())
+    }
+
     fn body(&self, model: &Model) -> Result<BodyId, CliError> {
-        let name = self.on.as_deref().unwrap_or_default();
-        let place = model.bodies.iter().position(|body| body.name == name);
         let needs = "--on with the name of a body";
-        place.map(|body| BodyId(body as u32)).ok_or(CliError::UnusedOption { option: "--safety weight or push", needs })
+        let name = self.on.as_deref().ok_or(CliError::UnusedOption { option: "--safety weight or push", needs })?;
+        body_named(model, "--on", name)
     }
 
     fn sideload(&self, what: SafetyName, model: &Model) -> Result<Sideload, CliError> {
@@ -128,10 +153,7 @@ impl LimitArguments {
     }
 
     fn question(&self, what: SafetyName, model: &Model) -> Result<SafetyQuestion, CliError> {
-        let [x, y, z] = self.towards[..] else {
-            return Err(CliError::UnusedOption { option: "--towards", needs: "three numbers X,Y,Z" });
-        };
-        let direction = DVec3::new(x, y, z);
+        let direction = DVec3::from_array(self.towards.unwrap_or([1.0, 0.0, 0.0]));
         Ok(match what {
             SafetyName::Tilt => SafetyQuestion::Tilt(direction),
             SafetyName::Horizontal => SafetyQuestion::Horizontal(direction),
@@ -147,7 +169,11 @@ impl LimitArguments {
         let Some(prefix) = &self.limit_files else { return Ok(()) };
         let one = |side: &str, proof: &Option<(ContactProblem, StabilityProof)>| -> Result<(), CliError> {
             let Some((problem, proof)) = proof else { return Ok(()) };
-            let path = |ending: &str| PathBuf::from(format!("{}-{side}{ending}.npz", prefix.display()));
+            let path = |ending: &str| {
+                let mut name = prefix.clone().into_os_string();
+                name.push(format!("-{side}{ending}.npz"));
+                PathBuf::from(name)
+            };
             let (data, claim) = (path(""), path("-proof"));
             write_contact(&data, problem).map_err(CliError::in_file(&data))?;
             write_stability(&claim, proof).map_err(CliError::in_file(&claim))
