@@ -10,5 +10,6 @@ mod constraints_alone;
 mod contradiction;
 mod indeterminacy;
 mod relaxation;
+mod relaxation_certificate;
 mod settling;
 mod unsupported;
