@@ -9,6 +9,7 @@ mod cone_solver;
 mod constraints_alone;
 mod contradiction;
 mod indeterminacy;
+mod indeterminacy_sets;
 mod relaxation;
 mod relaxation_certificate;
 mod settling;
