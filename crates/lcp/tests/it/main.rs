@@ -7,6 +7,7 @@ mod exclude;
 mod input;
 mod known;
 mod mixed;
+mod mixed_random;
 mod newton;
 mod oracle;
 mod principal;
