@@ -1,6 +1,7 @@
 //! Integration tests of `signorini-lcp`.
 #![allow(non_snake_case)]
 
+mod alternative;
 mod cases;
 mod contact_data;
 mod exclude;
