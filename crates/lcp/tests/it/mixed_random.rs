@@ -11,7 +11,7 @@ use crate::support::{Random, inner};
 fn random_problem(random: &mut Random, seed: u64) -> MixedLcp {
     let (free, pairs) = (1 + random.below(3), 2 + random.below(3));
     let (n, rank) = (free + pairs, random.below(free + 1));
-    let is_skew = seed % 2 == 0;
+    let is_skew = seed.is_multiple_of(2);
     let mut A = random.matrix(n, n);
     for i in 0..n {
         for j in 0..n {
