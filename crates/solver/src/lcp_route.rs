@@ -191,7 +191,9 @@ fn take_unknowns(problem: &ContactProblem, cones: &Cones, at: &Layout, z: &[f64]
         let bound = groups.bound_at(j, &solution.lambda_n);
         let unit = problem.contact_count() + j;
         solution.group_impulse[j] = [f_1, f_2];
-        solution.solver_modes[unit] = cones.mode_at(unit, [bound, f_1, f_2]);
+        // The first component times the group's coefficient is its bound.
+        let first = if cones.friction(unit) > 0.0 { bound / cones.friction(unit) } else { 0.0 };
+        solution.solver_modes[unit] = cones.mode_at(unit, [first, f_1, f_2]);
     }
     solution.velocity = velocity_from_impulses(problem, solution);
 }

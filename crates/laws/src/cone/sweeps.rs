@@ -180,3 +180,6 @@ fn projected_step(law: &CoulombLaw, w: &Block, q: Triple, near: Triple) -> Tripl
     let normal = u[0] + law.friction() * t[0].hypot(t[1]);
     law.project_onto_cone([near[0] - normal / g, near[1] - t[0] / g, near[2] - t[1] / g])
 }
+
+#[cfg(test)]
+mod tests;

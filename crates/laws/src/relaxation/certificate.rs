@@ -1,7 +1,8 @@
 //! The certificate of the relaxed model, computed from the data alone.
 
 use super::{RelaxationCertificate, RelaxedSolution};
-use signorini_contact::ContactProblem;
+use signorini_contact::certificate::certify;
+use signorini_contact::{ContactProblem, ContactSolution};
 
 /// Certifies a claimed solution of the relaxed model; missing entries or ones that are not finite make every residual infinite,
 /// and so do friction groups, which the relaxed model does not have.
@@ -50,11 +51,26 @@ pub fn certify_relaxation(problem: &ContactProblem, solution: &RelaxedSolution) 
         _ => r / scale,
     };
     RelaxationCertificate {
-        momentum: relative(raw.momentum),
+        momentum: relative(raw.momentum).max(momentum_balance(problem, solution)),
         natural_map: relative(raw.natural_map),
         impulses: relative(raw.impulses),
         bilateral: relative(raw.bilateral),
     }
+}
+
+/// The momentum residual of the contact laws, which no relaxation changes: `λ_N = Σ α_k` and `λ_T = D (μ α)`.
+fn momentum_balance(problem: &ContactProblem, solution: &RelaxedSolution) -> f64 {
+    let mut claimed = ContactSolution::default();
+    claimed.prepare(problem);
+    claimed.velocity.clone_from(&solution.velocity);
+    claimed.bilateral.clone_from(&solution.bilateral);
+    for i in 0..problem.contact_count() {
+        claimed.lambda_n[i] = impulse_of_multipliers(problem, solution, i)[0];
+        for k in problem.direction_offsets[i]..problem.direction_offsets[i + 1] {
+            claimed.alpha[k] = problem.friction[i] * solution.alpha[k];
+        }
+    }
+    certify(problem, &claimed).momentum
 }
 
 /// Whether a claimed solution has all entries, and all of them are finite.

@@ -5,7 +5,8 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RelaxationCertificate {
-    /// Velocities of the contact rows: the claimed ones against those that the multipliers give.
+    /// The claimed velocity against the one that the multipliers give: the momentum balance of each kinematic tree by its own
+    /// measure, as the contact laws have it, and the velocities of the contact rows.
     pub momentum: f64,
     /// Natural map of the relaxed rows: `|min(g α_k, c_N + φ/Δt + μ d_kᵀc_T)|`, for contacts without directions
     /// `|min(g λ_N, c_N + φ/Δt)|`, at the worse of both velocities.

@@ -66,3 +66,6 @@ impl LawPiece {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,10 @@
 //! Direction refinement against the solver of the nonlinear problem, which shares none of its iterations.
 
-use signorini_contact::{ConeStatus, ContactSolution, SolveStatus, certify, certify_cone};
+use signorini_contact::{
+    ConeStatus, ContactProblem, ContactSolution, FrictionBound, FrictionPolygon, SolveStatus, certify, certify_cone,
+};
 use signorini_laws::{CircularConeSolver, DirectionRefiner, align_directions};
+use signorini_multibody::BlockDiagonal;
 use signorini_solver::ContactSolver;
 use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families, largest_difference};
 
@@ -24,6 +27,26 @@ fn a_sliding_particle_gets_a_direction_against_its_slip() {
     assert!(largest_difference(&solution.velocity, &[0.0, 4.8 * 0.8, 4.8 * 0.6]) < 1e-12, "{:?}", solution.velocity);
     let off = |d: &[f64; 2]| (d[0] + 0.8).hypot(d[1] + 0.6);
     assert!(problem.directions.iter().map(off).fold(f64::MAX, f64::min) < 1e-11, "{:?}", problem.directions);
+}
+
+/// A pad that slides at 37° to the four directions of its friction group, whose bound is a constant, and one in a groove beside it
+/// whose two directions are all there are.
+#[test]
+fn a_sliding_friction_group_gets_a_direction_against_its_slip() {
+    let mass = BlockDiagonal::from_dense(3, &[2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0]).expect("symmetric");
+    let mut problem = ContactProblem::new(mass, vec![4.0, 3.0, 1.0], 0.01).expect("valid data");
+    let square = FrictionPolygon::regular(4, 0.0).expect("even");
+    problem.push_friction([(0, [1.0, 0.0]), (1, [0.0, 1.0])], [0.0; 2], FrictionBound::Impulse(2.0), &square);
+    problem.push_friction_row([(2, 1.0)], 0.0, FrictionBound::Impulse(0.5));
+    let line = problem.friction_groups.directions_of(1).to_vec();
+    let mut solution = ContactSolution::default();
+    let report =
+        DirectionRefiner::default().refine(&mut ContactSolver::default(), &mut problem, None, 1e-12, 20, &mut solution);
+    assert!(report.converged && report.solves > 1, "{report:?}");
+    assert!(certify(&problem, &solution).holds(1e-12));
+    // 2 N·s on 2 kg against a slip of 5 m/s.
+    assert!(largest_difference(&solution.velocity, &[3.2, 2.4, 0.75]) < 1e-12, "{:?}", solution.velocity);
+    assert_eq!(problem.friction_groups.directions_of(1), line);
 }
 
 /// One body of random shape with one contact point or more in general position: `v⁺` is unique.

@@ -82,6 +82,27 @@ fn squeezed_boxes_have_a_proof() {
     assert!(proved >= 10, "only {proved} squeezes");
 }
 
+/// Two particles, each between two walls that overlap it: the walls of the one that is suspected prove it, and suspects that are
+/// none of the problem's contacts, or prove nothing, leave all of them to be looked at.
+#[test]
+fn suspects_come_first_and_exclude_no_others() {
+    let mass = BlockDiagonal::from_dense(2, &[1.0, 0.0, 0.0, 1.0]).expect("positive definite");
+    let mut problem = ContactProblem::new(mass, vec![0.0; 2], 0.01).expect("valid data");
+    for k in 0..2 {
+        for side in [1.0, -1.0] {
+            problem.push_contact([(k, [side, 0.0, 0.0])], -1e-3, 0.5, &FrictionPolygon::frictionless());
+        }
+    }
+    for own in [[0, 1], [2, 3]] {
+        let proof = gap_contradiction(&problem, &own).expect("a proof");
+        assert!(proof.residual(&problem) < 1e-10 && proof.contacts() == own, "{proof:?}");
+    }
+    for others in [&[][..], &[1, 2], &[0, 9], &[9]] {
+        let proof = gap_contradiction(&problem, others).expect("a proof");
+        assert!(proof.residual(&problem) < 1e-10, "{proof:?}");
+    }
+}
+
 /// The same bilateral row with two right-hand sides: one multiplier is minus the other.
 #[test]
 fn contradicting_bilateral_rows_are_proved() {

@@ -9,6 +9,8 @@ mod cone_solver;
 mod constraints_alone;
 mod contradiction;
 mod indeterminacy;
+mod indeterminacy_sets;
 mod relaxation;
+mod relaxation_certificate;
 mod settling;
 mod unsupported;

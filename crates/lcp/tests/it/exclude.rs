@@ -109,3 +109,21 @@ fn what_lemke_leaves_open_is_decided() {
     assert_eq!(decide(&problem.clone().into(), &mut solution), None);
     assert!(solution.status.is_solved() && problem.residual(&solution.z).within(1e-10), "{solution:?}");
 }
+
+/// A tree of `k` cases has `2k − 1` nodes, all of which are looked at: one fewer leaves the answer open.
+#[test]
+fn the_search_looks_at_so_many_cases_and_no_more() {
+    let mut split = 0;
+    for seed in 0..100 {
+        let mut random = Random(44_000 + seed);
+        let n = 2 + random.below(4);
+        let (A, b) = random_problem(&mut random, n, true);
+        let problem = MixedLcp::from(Lcp::new(A, b).unwrap());
+        let Existence::Excluded(proof) = exclude(&problem, 10_000) else { continue };
+        let nodes = 2 * proof.cases.len() - 1;
+        assert_eq!(exclude(&problem, nodes), Existence::Excluded(proof), "seed {seed}");
+        assert_eq!(exclude(&problem, nodes - 1), Existence::Undecided, "seed {seed}");
+        split += usize::from(nodes > 1);
+    }
+    assert!(split > 5, "{split}");
+}

@@ -1,9 +1,9 @@
 //! Every method on the shared set of cases.
 
-use signorini_lcp::{Enumeration, Lcp, Lemke, LemkeSettings, Matrix, Method, MethodKind, infeasibility};
+use signorini_lcp::{Enumeration, Lcp, Lemke, LemkeSettings, Matrix, Method, MethodKind, Status, infeasibility};
 
 use crate::cases;
-use crate::support::{assert_honest, assert_proof, gram, solves};
+use crate::support::{Random, assert_honest, assert_proof, gram, monotone, solves};
 
 #[test]
 fn the_known_answers_are_answers() {
@@ -108,4 +108,36 @@ fn the_hard_families_of_murty_and_fathi_are_solved() {
             }
         }
     }
+}
+
+/// A ray of a monotone problem is a proof (Cottle, Pang, Stone 2009, theorem 4.4.9) in the units in which its matrix is monotone: those of
+/// bodies of very different size, which no equilibration keeps.
+#[test]
+fn monotone_problems_without_a_solution_are_proved_to_have_none() {
+    let (mut proved, mut solved) = (0, 0);
+    for seed in 0..400 {
+        let mut random = Random(46_000 + seed);
+        let n = 2 + random.below(6);
+        let rank = random.below(n);
+        let K = monotone(&mut random, n, rank, seed % 2 == 0);
+        let units: Vec<f64> = (0..n).map(|_| 2.0_f64.powi(random.below(25) as i32 - 12)).collect();
+        let A = Matrix::from_fn(n, n, |i, j| units[i] * K[(i, j)] * units[j]);
+        let b = units.iter().map(|unit| unit * (random.signed() - 0.3)).collect();
+        let problem = Lcp::new(A, b).unwrap();
+        let is_infeasible = infeasibility(&problem.clone().into()).is_some();
+        let solution = Lemke::default().solve(&problem, None);
+        assert_honest(&problem, &solution, 1e-10, &format!("seed {seed}"));
+        match solution.status {
+            Status::Infeasible(_) => {
+                assert!(is_infeasible, "seed {seed}");
+                proved += 1;
+            }
+            Status::Solved => {
+                assert!(!is_infeasible, "seed {seed}");
+                solved += 1;
+            }
+            other => panic!("seed {seed}: {other:?}"),
+        }
+    }
+    assert!(proved > 80 && solved > 80, "{proved} proved, {solved} solved");
 }

@@ -1,6 +1,6 @@
 //! All solutions of small problems: isolated ones, continua, none.
 
-use signorini_lcp::{Enumeration, Lcp, Matrix, Method, SolutionSet};
+use signorini_lcp::{Enumeration, Lcp, Matrix, Method, Scaling, SolutionSet};
 
 use crate::support::{Random, gram, inner, p_matrix, solves, touching_contacts};
 
@@ -100,4 +100,66 @@ fn the_first_point_of_the_set_is_what_the_method_returns() {
         let set = Enumeration::default().solution_set(&problem).unwrap();
         assert_eq!(set.points[0], Enumeration::default().solve(&problem, None), "seed {seed}");
     }
+}
+
+/// The determinant of a matrix of integers, by Bareiss' elimination without fractions.
+fn determinant(mut a: Vec<Vec<i64>>) -> i64 {
+    let (n, mut sign, mut last) = (a.len(), 1, 1);
+    for k in 0..n {
+        let Some(row) = (k..n).find(|&i| a[i][k] != 0) else { return 0 };
+        if row != k {
+            a.swap(row, k);
+            sign = -sign;
+        }
+        for i in k + 1..n {
+            for j in k + 1..n {
+                a[i][j] = (a[i][j] * a[k][k] - a[i][k] * a[k][j]) / last;
+            }
+        }
+        last = a[k][k];
+    }
+    sign * last
+}
+
+/// A solution with room around it in a basis is alone in it where the basis is regular, and one of a continuum where it is singular:
+/// matrices of integers of either sign and any rank, in units of their own.
+#[test]
+fn a_basis_has_a_continuum_where_its_matrix_is_singular() {
+    let (mut singular, mut regular) = (0, 0);
+    for seed in 0..400 {
+        let mut random = Random(53_000 + seed);
+        let n = 2 + random.below(4);
+        let rank = 1 + random.below(n);
+        let factor = |random: &mut Random| -> Vec<Vec<i64>> {
+            (0..n).map(|_| (0..rank).map(|_| random.below(5) as i64 - 2).collect()).collect()
+        };
+        let (left, right) = (factor(&mut random), factor(&mut random));
+        let entry = |i: usize, j: usize| (0..rank).map(|k| left[i][k] * right[j][k]).sum::<i64>();
+        let active: Vec<usize> = (0..n).filter(|_| random.below(3) > 0).collect();
+        if active.is_empty() {
+            continue;
+        }
+        let z: Vec<f64> = (0..n).map(|i| if active.contains(&i) { 1.0 + random.signed().abs() } else { 0.0 }).collect();
+        let mut unit = || 2.0_f64.powi(random.below(9) as i32 - 4);
+        let (rows, columns): (Vec<f64>, Vec<f64>) = (0..n).map(|_| (unit(), unit())).unzip();
+        let b: Vec<f64> = (0..n)
+            .map(|i| {
+                let w = if active.contains(&i) { 0.0 } else { 1.0 };
+                rows[i] * (w - (0..n).map(|j| entry(i, j) as f64 * z[j]).sum::<f64>())
+            })
+            .collect();
+        let A = Matrix::from_fn(n, n, |i, j| rows[i] * entry(i, j) as f64 * columns[j]);
+        let scaling = Scaling::new(columns.iter().map(|c| 1.0 / c).collect(), rows.iter().map(|r| 1.0 / r).collect());
+        let problem = Lcp::with_scaling(A, b, scaling.unwrap()).unwrap();
+        let set = Enumeration::default().solution_set(&problem).unwrap();
+        assert!(set.points.iter().all(|point| solves(&problem, &point.z, 1e-9)), "seed {seed}");
+        let is_singular =
+            determinant(active.iter().map(|&i| active.iter().map(|&j| entry(i, j)).collect()).collect()) == 0;
+        assert_eq!(bases(&set).contains(&active), is_singular, "seed {seed}: {active:?} of {:?}", set.continua);
+        let is_z = |found: &[f64]| (0..n).all(|j| (found[j] * columns[j] - z[j]).abs() < 1e-9);
+        let is_found = set.points.iter().any(|point| is_z(&point.z));
+        assert!(is_singular || is_found, "seed {seed}: {z:?} is alone in {active:?}");
+        *(if is_singular { &mut singular } else { &mut regular }) += 1;
+    }
+    assert!(singular > 100 && regular > 50, "{singular} singular, {regular} regular");
 }

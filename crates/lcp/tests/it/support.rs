@@ -1,6 +1,6 @@
 //! Random numbers, problem families and checks that do not use the code under test.
 
-use signorini_lcp::{Farkas, Lcp, Matrix, Solution, Status};
+use signorini_lcp::{Farkas, Lcp, Matrix, Ray, Solution, Status};
 
 use crate::contact_data::polyhedral;
 
@@ -133,10 +133,28 @@ pub fn assert_honest(problem: &Lcp, solution: &Solution, tolerance: f64, name: &
             assert!(ray.z.iter().chain(&ray.w).all(|&x| x >= 0.0) && ray.z0 >= 0.0, "{name}: signs of the ray");
             assert!((0..problem.len()).all(|i| ray.z[i] == 0.0 || ray.w[i] == 0.0), "{name}: ray not complementary");
             assert!(ray.z0 > 0.0 || !ray.support.is_empty(), "{name}: the ray is zero");
+            assert_ray(problem, ray, name);
         }
         _ => {}
     }
     assert!(!solved || solution.status.is_solved(), "{name}: {:?}, but z solves the problem", solution.status);
+}
+
+/// Fails unless `w − A z` is `d z0` with a covering vector `d > 0`, and zero without a covering variable.
+fn assert_ray(problem: &Lcp, ray: &Ray, name: &str) {
+    let (s, t) = (problem.scaling().z(), problem.scaling().w());
+    let size = ray.z.iter().zip(s).map(|(z, s)| z * s).fold(0.0f64, f64::max);
+    assert!(size == 0.0 || (size - 1.0).abs() < 1e-12, "{name}: the largest entry of the ray is {size}");
+    for i in 0..problem.len() {
+        let row = problem.A().row(i);
+        let terms: f64 = row.iter().zip(&ray.z).map(|(a, z)| (a * z).abs()).sum::<f64>() + ray.w[i];
+        let covered = ray.w[i] - inner(row, &ray.z);
+        let rounding = 1e-8 * terms.max(1.0 / t[i]);
+        let holds = if ray.z0 == 0.0 { covered.abs() <= rounding } else { covered > -rounding };
+        assert!(holds, "{name}: row {i} of the ray is off by {covered:e}");
+    }
+    let support: Vec<usize> = (0..problem.len()).filter(|&i| ray.z[i] > 0.0).collect();
+    assert_eq!(support, ray.support, "{name}");
 }
 
 /// Fails unless y ≥ 0, Aᵀy ≤ 0 and bᵀy < 0.

@@ -1,5 +1,6 @@
 //! Friction groups: closed forms, the certificate, and random groups beside contacts and bilateral rows.
 
+use signorini_contact::projection::Mode;
 use signorini_contact::{
     Certificate, ContactMode, ContactProblem, FrictionBound, FrictionPolygon, SolveStatus, WarmStart, certify,
 };
@@ -34,6 +35,32 @@ fn a_servo_holds_its_speed_until_its_limit() {
         assert!((solution.velocity[0] - wanted).abs() < 1e-14, "{free} {target}: {:?}", solution.velocity);
         assert!((solution.group_impulse[0][0] - 2.0 * (wanted - free)).abs() < 1e-14);
         assert_eq!(solution.group_modes, [mode], "{free} {target}");
+    }
+}
+
+/// A particle pressed down with 1 N·s whose friction along x is bounded by half of that, in whatever form the bound is written: 0.4 N·s
+/// stick and 0.8 N·s slide, for every method.
+#[test]
+fn modes_of_groups_are_those_of_their_bounds() {
+    let (contact, coefficient) = (0, 0.5);
+    let of_contact = FrictionBound::Normal { contact, coefficient };
+    let shifted = FrictionBound::Shifted { impulse: 0.25, contact, coefficient: 0.25 };
+    for (free, sticks) in [(0.4, true), (-0.4, true), (0.8, false), (-0.8, false)] {
+        for bound in [FrictionBound::Impulse(0.5), of_contact, shifted] {
+            let mut problem = ContactProblem::new(diagonal(&[1.0; 2]), vec![free, -1.0], 0.01).expect("valid data");
+            problem.push_contact([(1, [1.0, 0.0, 0.0])], 0.0, 0.0, &FrictionPolygon::frictionless());
+            problem.push_friction_row([(0, 1.0)], 0.0, bound);
+            let structured = ContactSolver::default().solve(&problem, None);
+            let by_lcp = solve_as_lcp(&problem, &mut Lemke::default(), 1e-12).expect("finite data");
+            for solution in [structured, by_lcp] {
+                assert_eq!(solution.status, SolveStatus::Solved);
+                let wanted = if sticks { 0.0 } else { free - free.signum() * 0.5 };
+                assert!((solution.velocity[0] - wanted).abs() < 1e-12, "{free} {bound:?}: {:?}", solution.velocity);
+                let mode = solution.solver_modes[1];
+                // The two directions are the ends of a line: between them sticks what has friction to spare.
+                assert!(!sticks || matches!(mode, Mode::Edge(_)), "{free} {bound:?}: {mode:?}");
+            }
+        }
     }
 }
 
