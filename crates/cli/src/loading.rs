@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use signorini::formats::{ImportReport, LoadOptions, MissingMeshes, load, load_mjcf_str};
+use signorini::formats::{ImportReport, LoadOptions, MissingMeshes, load, load_mjcf_str_with};
 use signorini::multibody::Model;
 use signorini::recording::{ModelSource, is_recording};
 use signorini::{Settings, SettleSettings, Simulation};
@@ -65,7 +65,7 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
         });
     }
     let scene = scene::named(arguments.scene.as_deref().unwrap_or(scene::DEFAULT))?;
-    let mut imported = options.report_unused("", load_mjcf_str(scene.text, Path::new(""))?);
+    let mut imported = load_mjcf_str_with(scene.text, Path::new(""), &options)?;
     let source = format!("scenes/{}.xml", scene.name);
     imported.report.warnings.iter_mut().for_each(|warning| warning.file.clone_from(&source));
     let first_keyframe = imported.model.keyframes.first().map(|keyframe| keyframe.name.clone());

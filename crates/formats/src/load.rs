@@ -19,12 +19,17 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, F
     options.check()?;
     let path = path.as_ref();
     let base = path.parent().unwrap_or(Path::new(""));
-    let tree = text_of(path)?.parse(&path.to_string_lossy())?;
-    match tree.root().name() {
-        "mujoco" => Ok(options.report_unused(&path.to_string_lossy(), mjcf::import(tree, base, Some(path), options)?)),
+    import(text_of(path)?.parse(&path.to_string_lossy())?, base, Some(path), options)
+}
+
+fn import(tree: xml::Tree, base: &Path, main: Option<&Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    let (root, at) = (tree.root().name().to_owned(), tree.root().at());
+    let with_unused = |imported| options.report_unused(&root, &at.file, imported);
+    match &*root {
+        "mujoco" => mjcf::import(tree, base, main, options).map(with_unused),
         "robot" => urdf::import(tree, base, options),
-        "sdf" | "gazebo" => sdf::import(tree, base, options),
-        found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
+        "sdf" | "gazebo" => sdf::import(tree, base, options).map(with_unused),
+        _ => Err(FormatError::UnknownFormat { at, found: root }),
     }
 }
 
@@ -61,13 +66,12 @@ pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>) -> Result<Imported, For
     load_mjcf_str_with(text, base, &LoadOptions::default())
 }
 
-/// [`load_mjcf_str`] with options; of these MJCF leaves open what becomes of missing meshes.
+/// [`load_mjcf_str`] with options; what has no meaning in MJCF is reported.
 ///
 /// # Errors
 /// As [`load`].
 pub fn load_mjcf_str_with(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
-    let tree = parse_as("mujoco", text, "(MJCF text)")?;
-    mjcf::import(tree, base.as_ref(), None, options)
+    import(parse_as("mujoco", text, "(MJCF text)")?, base.as_ref(), None, options)
 }
 
 /// Reads URDF from text; files that it names by relative paths are looked for in `base`.
@@ -76,8 +80,7 @@ pub fn load_mjcf_str_with(text: &str, base: impl AsRef<Path>, options: &LoadOpti
 /// As [`load`].
 pub fn load_urdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
     options.check()?;
-    let tree = parse_as("robot", text, "(URDF text)")?;
-    urdf::import(tree, base.as_ref(), options)
+    import(parse_as("robot", text, "(URDF text)")?, base.as_ref(), None, options)
 }
 
 /// Reads SDF from text; files that it names by relative paths are looked for in `base`.
@@ -86,8 +89,7 @@ pub fn load_urdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) 
 /// As [`load`].
 pub fn load_sdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
     options.check()?;
-    let tree = parse_as("sdf", text, "(SDF text)")?;
-    sdf::import(tree, base.as_ref(), options)
+    import(parse_as("sdf", text, "(SDF text)")?, base.as_ref(), None, options)
 }
 
 fn parse_as(root: &str, text: &str, label: &str) -> Result<xml::Tree, FormatError> {

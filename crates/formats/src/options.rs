@@ -65,17 +65,32 @@ impl LoadOptions {
         }
     }
 
-    /// Adds to the report of an MJCF file called `file` what is asked for and not done there. [`load`](crate::load) does so by itself.
-    pub fn report_unused(&self, file: &str, mut imported: Imported) -> Imported {
-        if self.floor {
+    /// Adds to the report of a file called `file`, whose root element is `root`, what is asked for and has no meaning there.
+    pub(crate) fn report_unused(&self, root: &str, file: &str, mut imported: Imported) -> Imported {
+        let is_mjcf = root == "mujoco";
+        let unused: &[(bool, &str, &str, bool)] = &[
+            (is_mjcf && self.floor, "a floor was asked for", "MJCF has its own; none is added", true),
+            (is_mjcf && !self.package_dirs.is_empty(), "folders of packages were named", "MJCF names none", false),
+            (self.floating_base, "a floating base was asked for", "bodies move as the file says", true),
+            (self.merge_fixed_joints, "links were to be merged", "bodies stay as the file has them", false),
+            (!self.self_collision, "links were not to meet each other", "the file says what touches what", true),
+            (
+                self.srdf.is_some(),
+                "an SRDF file was named",
+                "it is one of a URDF; the file says what touches what",
+                true,
+            ),
+            (self.friction != Self::default().friction, "friction was given", "the file has its own", true),
+        ];
+        for (_, what, effect, changes_motion) in unused.iter().filter(|(is_asked, ..)| *is_asked) {
             imported.report.warnings.push(Warning {
                 file: file.to_owned(),
                 line: 1,
-                element: "mujoco".into(),
-                what: "a floor was asked for".into(),
-                effect: "MJCF has its own; none is added".into(),
+                element: root.to_owned(),
+                what: (*what).to_owned(),
+                effect: (*effect).to_owned(),
                 count: 1,
-                changes_motion: true,
+                changes_motion: *changes_motion,
             });
         }
         imported

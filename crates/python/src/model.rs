@@ -415,13 +415,11 @@ fn load_text(text: &str, format: &str, base: &std::path::Path, options: &LoadOpt
     match format {
         "urdf" => load_urdf_str(text, base, options),
         "sdf" => load_sdf_str(text, base, options),
-        "mjcf" => {
-            load_mjcf_str_with(text, base, options).map(|imported| options.report_unused("(MJCF text)", imported))
-        }
+        "mjcf" => load_mjcf_str_with(text, base, options),
         _ => match load_mjcf_str_with(text, base, options) {
             Err(FormatError::UnknownFormat { found, .. }) if found == "robot" => load_urdf_str(text, base, options),
             Err(FormatError::UnknownFormat { found, .. }) if found == "sdf" => load_sdf_str(text, base, options),
-            other => other.map(|imported| options.report_unused("(MJCF text)", imported)),
+            other => other,
         },
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use signorini_formats::{LoadOptions, load, load_mjcf_str};
+use signorini_formats::{LoadOptions, load, load_mjcf_str, load_mjcf_str_with, load_sdf_str};
 use signorini_multibody::{Geometry, Model};
 
 use crate::support::Files;
@@ -211,4 +211,33 @@ fn keyframes_with_quaternions_of_zeros() {
     let text = format!("<mujoco><worldbody>{bodies}</worldbody><keyframe><key {key}/></keyframe></mujoco>");
     let q = &load_mjcf_str(&text, "").unwrap().model.keyframes[0].q;
     assert_eq!(*q, [7.0, 1.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);
+}
+
+/// Each option that a format has no use for is reported once, by name of what was asked for, and none of those that it uses.
+#[test]
+fn what_a_format_has_no_use_for_is_reported() {
+    let ball = "<body><freejoint/><geom size='1'/></body>";
+    let mjcf = format!("<mujoco><worldbody>{ball}</worldbody></mujoco>");
+    let sdf = "<sdf version='1.7'><model name='m'><link name='l'/></model></sdf>";
+    let default = LoadOptions::default;
+    let options = [
+        (default(), "", [false, false]),
+        (default().with_floor(true), "floor", [true, false]),
+        (default().with_package_dirs(vec!["nowhere".into()]), "packages", [true, false]),
+        (default().with_floating_base(true), "floating base", [true, true]),
+        (default().with_merge_fixed_joints(true), "merged", [true, true]),
+        (default().with_self_collision(false), "meet each other", [true, true]),
+        (default().with_srdf(std::path::PathBuf::from("a.srdf")), "SRDF", [true, true]),
+        (default().with_friction(0.3), "friction", [true, true]),
+        (default().with_decompose(0.1).with_visuals(false), "", [false, false]),
+    ];
+    for (options, what, unused) in options {
+        let imported = [load_mjcf_str_with(&mjcf, "", &options).unwrap(), load_sdf_str(sdf, "", &options).unwrap()];
+        for (imported, is_unused) in imported.iter().zip(unused) {
+            let warnings = imported.report.warnings.iter().filter(|w| ["mujoco", "sdf"].contains(&&*w.element));
+            let told: Vec<&str> = warnings.map(|warning| &*warning.what).collect();
+            assert_eq!(told.len(), usize::from(is_unused), "{options:?}: {told:?}");
+            assert!(told.iter().all(|told| told.contains(what)), "{options:?}: {told:?}");
+        }
+    }
 }
