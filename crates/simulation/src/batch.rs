@@ -1,20 +1,16 @@
 //! Many simulations of one model at once, on threads.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::{Duration, Instant};
+mod threads;
 
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
+use std::sync::Arc;
+
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use signorini_multibody::{Input, Model, ParameterChange, State};
 
+use self::threads::{Crew, for_each};
 use crate::report::StepReport;
 use crate::settings::ContactMethod;
 use crate::{Settings, Simulation, SimulationError, Snapshot, Variation};
-
-/// Time between two questions whether a batch is to go on.
-const PAUSE: Duration = Duration::from_millis(50);
 
 /// One of the simulations.
 struct Lane {
@@ -381,66 +377,16 @@ impl Batch {
         work: impl Fn(usize, &mut Lane, &mut T, &mut dyn FnMut() -> bool) + Sync,
     ) -> bool {
         let Self { lanes, pool, shared, .. } = self;
-        let ended = AtomicBool::new(false);
-        if pool.is_none() && !*shared {
-            let mut ask = asking(goes_on, &ended);
-            for (i, (lane, item)) in lanes.iter_mut().zip(items).enumerate() {
-                lane.stop = None;
-                work(i, lane, item, &mut ask);
-            }
-        } else {
-            let each = |(i, (lane, item)): (usize, (&mut Lane, &mut T))| {
-                lane.stop = None;
-                work(i, lane, item, &mut || !ended.load(Ordering::Relaxed));
-            };
-            let everything = || lanes.par_iter_mut().zip(items).with_max_len(1).enumerate().for_each(each);
-            match (goes_on, pool) {
-                (Some(goes_on), Some(pool)) => pool.in_place_scope(|scope| watch(scope, everything, goes_on, &ended)),
-                (Some(goes_on), None) => rayon::in_place_scope(|scope| watch(scope, everything, goes_on, &ended)),
-                (None, Some(pool)) => pool.install(everything),
-                (None, None) => everything(),
-            }
-        }
-        !ended.into_inner() && self.lanes.iter().all(|lane| lane.stop.is_none())
-    }
-}
-
-/// What a thread that does all the work asks before every step.
-fn asking(mut goes_on: Option<&mut dyn FnMut() -> bool>, ended: &AtomicBool) -> impl FnMut() -> bool {
-    let mut asked = Instant::now();
-    move || {
-        if let Some(goes_on) = &mut goes_on
-            && !ended.load(Ordering::Relaxed)
-            && asked.elapsed() > PAUSE
-        {
-            ended.store(!goes_on(), Ordering::Relaxed);
-            asked = Instant::now();
-        }
-        !ended.load(Ordering::Relaxed)
-    }
-}
-
-/// Lets a pool work and asks meanwhile. Where the caller's thread is one of the pool it works, too, since there may be no other.
-fn watch<'scope>(
-    scope: &rayon::Scope<'scope>,
-    work: impl FnOnce() + Send + 'scope,
-    goes_on: &mut dyn FnMut() -> bool,
-    ended: &AtomicBool,
-) {
-    let (done, over) = channel::<()>();
-    scope.spawn(move |_| {
-        work();
-        drop(done);
-    });
-    loop {
-        let pause = if rayon::yield_now() == Some(rayon::Yield::Executed) { Duration::ZERO } else { PAUSE };
-        if over.recv_timeout(pause) == Err(RecvTimeoutError::Disconnected) {
-            return;
-        }
-        if !goes_on() {
-            ended.store(true, Ordering::Relaxed);
-            return;
-        }
+        let crew = match pool {
+            Some(pool) => Crew::Own(pool),
+            None if *shared => Crew::Shared,
+            None => Crew::Caller,
+        };
+        let nobody_ended = for_each(crew, (lanes, items), goes_on, |i, lane, item, goes_on| {
+            lane.stop = None;
+            work(i, lane, item, goes_on);
+        });
+        nobody_ended && self.lanes.iter().all(|lane| lane.stop.is_none())
     }
 }
 
