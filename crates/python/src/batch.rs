@@ -48,6 +48,25 @@ pub struct Lanes {
     pub stepped: Vec<bool>,
 }
 
+impl Lanes {
+    /// Lets the batch work without the GIL, until a signal raises an exception, which is given back, and notes which simulations have made a step since:
+    /// those that were asked to, or where a signal came those that did.
+    fn work(
+        &mut self,
+        py: Python<'_>,
+        is_asked: impl Fn(usize) -> bool,
+        work: impl FnOnce(&mut signorini::Batch, &mut dyn FnMut() -> bool) -> bool + Send,
+    ) -> PyResult<PyResult<()>> {
+        let Self { batch, stepped } = self;
+        let before: Vec<u64> = (0..batch.len()).map(|i| batch.simulation(i).summary().steps).collect();
+        let (_, signal) = guard::interruptible(py, |goes_on| work(&mut *batch, goes_on))?;
+        for (i, stepped) in stepped.iter_mut().enumerate() {
+            *stepped |= is_asked(i) && (signal.is_ok() || batch.simulation(i).summary().steps > before[i]);
+        }
+        Ok(signal)
+    }
+}
+
 #[pymethods]
 impl Batch {
     #[new]
@@ -205,18 +224,16 @@ impl Batch {
     fn step(&self, py: Python<'_>, nstep: u64, ids: Option<Simulations>) -> PyResult<()> {
         let ids = ids.map(|ids| ids.among(self.count)).transpose()?;
         let mut lanes = self.loaded(py)?;
-        let Lanes { batch, stepped } = &mut *lanes;
         let mut chosen = vec![ids.is_none(); self.count];
         ids.into_iter().flatten().for_each(|i| chosen[i] = true);
-        let before = steps_of(batch);
-        let (_, signal) = guard::interruptible(py, |goes_on| batch.step_chosen_while(nstep, &chosen, goes_on))?;
-        let made = steps_of(batch);
-        for (i, stepped) in stepped.iter_mut().enumerate() {
-            *stepped |= chosen[i] && nstep > 0 && (signal.is_ok() || made[i] > before[i]);
-        }
-        self.views.publish(py, batch)?;
+        let signal = lanes.work(
+            py,
+            |i| chosen[i] && nstep > 0,
+            |batch, goes_on| batch.step_chosen_while(nstep, &chosen, goes_on),
+        )?;
+        self.views.publish(py, &lanes.batch)?;
         signal?;
-        self.check(batch)
+        self.check(&lanes.batch)
     }
 
     /// Makes steps with given controls and records what is asked for after each.
@@ -229,7 +246,6 @@ impl Batch {
     ) -> PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>> {
         let quantities = record.iter().map(|name| Quantity::named(name)).collect::<PyResult<Vec<_>>>()?;
         let mut lanes = self.loaded(py)?;
-        let Lanes { batch, stepped } = &mut *lanes;
         let model = self.model.get().inner.clone();
         let (steps, controls) = match (ctrl, nstep) {
             (Some(ctrl), nstep) => {
@@ -248,22 +264,21 @@ impl Batch {
                 record.push(guard::unknowns(steps * size)?);
             }
         }
-        let before = steps_of(batch);
-        let (_, signal) = guard::interruptible(py, |goes_on| {
-            batch.rollout_while(steps, &controls, &mut records, goes_on, |k, simulation, records| {
-                for (quantity, record) in quantities.iter().zip(records) {
-                    let size = quantity.size(&model);
-                    quantity.write(simulation, &mut record[k * size..(k + 1) * size]);
-                }
-            })
-        })?;
-        let made = steps_of(batch);
-        for (i, stepped) in stepped.iter_mut().enumerate() {
-            *stepped |= steps > 0 && (signal.is_ok() || made[i] > before[i]);
-        }
-        self.views.publish(py, batch)?;
+        let signal = lanes.work(
+            py,
+            |_| steps > 0,
+            |batch, goes_on| {
+                batch.rollout_while(steps, &controls, &mut records, goes_on, |k, simulation, records| {
+                    for (quantity, record) in quantities.iter().zip(records) {
+                        let size = quantity.size(&model);
+                        quantity.write(simulation, &mut record[k * size..(k + 1) * size]);
+                    }
+                })
+            },
+        )?;
+        self.views.publish(py, &lanes.batch)?;
         signal?;
-        self.check(batch)?;
+        self.check(&lanes.batch)?;
         let joined = quantities.iter().enumerate().map(|(j, quantity)| {
             let shape = [vec![self.count, steps], quantity.shape(&model)].concat();
             arrays::array(py, records.iter().flat_map(|record| record[j].iter().copied()).collect(), &shape)
@@ -332,11 +347,6 @@ impl Batch {
         }
         self.views.publish(py, batch)
     }
-}
-
-/// Steps that every simulation has made.
-fn steps_of(batch: &signorini::Batch) -> Vec<u64> {
-    (0..batch.len()).map(|i| batch.simulation(i).summary().steps).collect()
 }
 
 impl Batch {

@@ -62,17 +62,18 @@ impl Workspace {
         }
         let before = self.energy_of_reached(model, v);
         bound += PART_OF_ENERGY * before;
-        // Dampers take less from a motion that is held than from the free one.
-        let free = before.max(self.energy_with(model, |workspace| &mut workspace.builder.problem.free_velocity));
+        self.put_in.energy_without = None;
         let mut after = self.energy_with(model, |workspace| &mut workspace.solution.velocity);
         if self.most_energy_left(work, after) <= bound {
             return Ok(verdict);
         }
-        self.put_in.energy_without = None;
-        for _ in 0..REDUCTIONS {
-            let part = self.part_within(model, (free, after), bound, verdict, report)?;
+        for reductions_left in (0..=REDUCTIONS).rev() {
+            let part = self.part_within(model, (before, after), bound, verdict, report)?;
             if part >= 1.0 {
                 return Ok(verdict);
+            }
+            if reductions_left == 0 {
+                break;
             }
             self.warm.keep(&self.builder.keys, &self.builder.group_keys, &self.solution);
             self.corrections.limit_all(&self.builder.impacts);
@@ -81,9 +82,6 @@ impl Workspace {
                 break;
             }
             after = self.energy_with(model, |workspace| &mut workspace.solution.velocity);
-        }
-        if verdict.holds && self.part_within(model, (free, after), bound, verdict, report)? >= 1.0 {
-            return Ok(verdict);
         }
         self.attempt_part(0.0, Patience::Full, report)
     }
@@ -106,12 +104,11 @@ impl Workspace {
     /// The part of the corrections of the solution at hand with which they would put in somewhat less energy than the bound (J); 1 where they put
     /// in no more than that.
     ///
-    /// - `(free, after)`: the energies of the motion before the step or without constraints and contacts, whichever is more, and of the solution,
-    ///   whose velocity is in `put_in.moved`, J
+    /// - `(before, after)`: the energies of the motion before the step, and of the solution, whose velocity is in `put_in.moved`, J
     fn part_within(
         &mut self,
         model: &Model,
-        (free, after): (f64, f64),
+        (before, after): (f64, f64),
         bound: f64,
         verdict: Verdict,
         report: &mut StepReport,
@@ -128,7 +125,9 @@ impl Workspace {
             if put_in > bound {
                 return Ok(self.part_of_change(model, put_in, bound));
             }
-            if after - free <= bound {
+            // Forces move what is free, and dampers take less from a motion that is held.
+            let free = self.energy_with(model, |workspace| &mut workspace.builder.problem.free_velocity);
+            if after - before.max(free) <= bound {
                 return Ok(1.0);
             }
             self.put_in.energy_without = self.energy_without(model, verdict, report)?;
@@ -170,10 +169,10 @@ impl Workspace {
         self.corrections.ask_nothing(&self.builder.impacts, &mut self.builder.problem);
         let other = self.attempt(Patience::Full, report)?;
         let energy = self.energy_with(model, |workspace| &mut workspace.solution.velocity);
-        let PutIn { moved, without, .. } = &mut self.put_in;
-        std::mem::swap(moved, without);
+        std::mem::swap(&mut self.put_in.moved, &mut self.put_in.without);
         self.take_best(self.corrections.theta, verdict, report)?;
-        self.energy_with(model, |workspace| &mut workspace.solution.velocity);
+        let Self { moving, builder, solution, put_in, .. } = self;
+        moving.of_reached(&builder.problem, &solution.velocity, &mut put_in.moved);
         Ok(other.holds.then_some(energy))
     }
 

@@ -71,13 +71,14 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let loaded = load_model(&arguments.model)?;
     let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let (duration, timestep) = (arguments.duration, simulation.timestep());
-    if (duration / timestep).round() < 1.0 {
+    let steps = (duration / timestep).round();
+    if steps < 1.0 {
         return Err(CliError::NoStep { duration, timestep });
     }
     let outputs = Outputs::create(&simulation, arguments.record.as_deref(), report.as_deref(), &loaded)?;
 
     let (start_time, start_energy) = (simulation.state().time, total_energy(&simulation));
-    let driven = drive(&mut simulation, duration, outputs)?;
+    let driven = drive(&mut simulation, (duration, steps as u64), outputs)?;
     let mut result = summarise(&loaded, &simulation, &driven);
     result.time.start = start_time;
     result.energy.start = start_energy;
@@ -104,13 +105,11 @@ struct Driven {
     seconds: f64,
 }
 
-/// Runs the simulation and finishes the outputs however it ends.
-fn drive(simulation: &mut Simulation, duration: f64, outputs: Outputs) -> Result<Driven, CliError> {
-    let steps = (duration / simulation.timestep()).round();
-    let progress = output::progress(steps as u64, "steps");
+/// Runs the simulation for a time, s, of so many steps, and finishes the outputs however it ends.
+fn drive(simulation: &mut Simulation, (duration, steps): (f64, u64), outputs: Outputs) -> Result<Driven, CliError> {
     let mut watch = Watch {
         outputs,
-        progress,
+        progress: output::progress(steps, "steps"),
         interrupt: Interrupt::listen(),
         tried: 0,
         misses: None,
@@ -206,6 +205,15 @@ fn reason(end: &Result<RunEnd, SimulationError>, time: f64) -> String {
     }
 }
 
+/// How a run ended that no contradiction did.
+fn status(end: &RunEnd, missed_steps: u64) -> RunStatus {
+    match end {
+        RunEnd::Stopped => RunStatus::Interrupted,
+        _ if missed_steps > 0 => RunStatus::MissedTolerance,
+        _ => RunStatus::Finished,
+    }
+}
+
 /// The result but for what only the caller knows: start, recording and report.
 fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunResult {
     let (summary, settings, model) = (simulation.summary(), simulation.settings(), simulation.model());
@@ -214,11 +222,7 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
     let bodies = (1..model.bodies.len() as u32).map(BodyId);
     let asleep = bodies.filter(|&body| simulation.workspace().sleeps(body)).count();
     let mut result = RunResult {
-        status: match driven.end {
-            RunEnd::Stopped => RunStatus::Interrupted,
-            _ if summary.missed_steps > 0 => RunStatus::MissedTolerance,
-            _ => RunStatus::Finished,
-        },
+        status: status(&driven.end, summary.missed_steps),
         model: model.name.clone(),
         source: loaded.source.clone(),
         bodies: model.bodies.len() - 1,

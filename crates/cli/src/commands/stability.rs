@@ -201,7 +201,7 @@ impl AttractArgument {
 
 /// The attractions of this model.
 fn attractions(words: &[AttractArgument], model: &Model) -> Result<Vec<Attraction>, CliError> {
-    let body = |name: &str| body_named(model, "--attract", name.trim());
+    let body = |name: &str| body_named(model, "--attract", name);
     let read = |attract: &AttractArgument| {
         Ok(match &attract.pair {
             None => Attraction::Points(attract.force),

@@ -25,7 +25,8 @@ pub(super) fn expand(tree: &mut Tree, base: &Path, main: Option<&Path>) -> Resul
         let path = place(&named, base, &files[includer].path);
         let asset =
             |reason| FormatError::Asset { at: at.clone(), element: "include".into(), path: path.clone(), reason };
-        if ancestors(&files, includer).any(|file| identity(&file.path) == identity(&path)) {
+        let own = identity(&path);
+        if ancestors(&files, includer).any(|file| identity(&file.path) == own) {
             return Err(asset("includes itself, directly or by way of another file".into()));
         }
         if files.len() > MAX_FILES {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rayon::ThreadPool;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
-/// Time between two questions whether a batch is to go on.
+/// Time between two questions whether a batch is to go on. Chosen by reasoning: nobody waits for that, and what is asked may have to wait for a lock.
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// Who works.
