@@ -57,6 +57,23 @@ fn a_stack_at_rest_stays_as_it_is() {
     assert!(simulation.state().v.iter().all(|v| *v == 0.0), "{:?}", simulation.state().v);
 }
 
+/// What is on top of a stack would move by the rounding of all contacts below it, and be stopped by the next step, which leaves other impulses.
+#[test]
+fn stacks_of_any_height_rest_without_another_factorisation() {
+    for height in 2..=15 {
+        let mut simulation = stack(&vec![1.0; height]);
+        run_certified(&mut simulation, 0.25);
+        let mut solved = 0;
+        let end = simulation.run(0.75, |_, report| {
+            solved += report.solver.factorizations;
+            true
+        });
+        assert_eq!(end.unwrap(), RunEnd::Finished);
+        assert_eq!(solved, 0, "{height} boxes");
+        assert!(simulation.state().v.iter().all(|v| *v == 0.0), "{height} boxes: {:?}", simulation.state().v);
+    }
+}
+
 /// A bin of bricks in bond rests from its second step on, although there the rounding of gaps and of sums of impulses is above what
 /// the solver polishes to.
 #[test]

@@ -160,18 +160,18 @@ impl GivenStart {
         }
     }
 
-    /// In a large island rounding adds up, of gaps metres above the ground and of impulses that carry many bodies. That is enough in motion. At rest it
-    /// may lack what counts as solved: with velocity zero it lacks no more in the next step, while the last digits of a heap, in which sticking
-    /// contacts contradict each other by their rounding, would cost a cold solve in every step.
+    /// Rounding adds up: at rest of each contact of a stack, so that a velocity that its certificate permits would move what lies on top, and the next step,
+    /// which takes that back, leave impulses that the one after it has to; in a large island of gaps metres above the ground, too, and of impulses that carry
+    /// many bodies. What rests may lack so much more: with velocity zero it lacks no more in the next step. In a large island it may lack what counts as solved,
+    /// as the last digits of a heap, in which sticking contacts contradict each other by their rounding, would cost a cold solve in every step.
     fn limit_errors(&mut self, islands: &Islands, settings: &SolverSettings) {
         for (k, held) in self.islands.iter_mut().enumerate() {
             let scale = islands.scale_of(k);
-            held.most = settings.polish * scale;
-            held.most_at_rest = held.most;
+            let rounded = RESIDUALS.rounded * settings.polish * scale;
+            (held.most, held.most_at_rest) = (settings.polish * scale, rounded);
             if held.units >= SIZES.large {
-                held.most *= RESIDUALS.rounded;
                 let closely = accepted_closely(held.units, settings).min(SIZES.closely[1] * SIZES.rough);
-                held.most_at_rest = held.most.max(closely * scale);
+                (held.most, held.most_at_rest) = (rounded, rounded.max(closely * scale));
             }
         }
     }
