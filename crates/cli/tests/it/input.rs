@@ -91,6 +91,26 @@ fn wrong_command_lines_exit_with_64() {
     }
 }
 
+/// A run is told where it ends before it begins: where the time step is less than the spacing of doubles.
+#[test]
+fn times_that_no_run_gets_to_are_refused() {
+    let folder = Folder::new("no_end");
+    folder.write("ball.xml", BALL);
+    let end = format!("{:.3e} s", 0.01 * 2.0_f64.powi(53));
+    let refused = |words: &[&str], option: &str| {
+        let done = folder.run(&[words, &[option, "1e300"]].concat()).exits(64);
+        done.complains(&[&format!("{option} 1e300 s"), "steps of 0.01 s", &end]);
+    };
+    for out in ["ball.png", "ball.mp4", "ball.apng"] {
+        refused(&["render", "ball.xml", "--out", out], "--time");
+        assert!(!folder.path(out).exists());
+    }
+    refused(&["simulate", "ball.xml"], "--duration");
+    refused(&["export", "ball.xml", "--out", "p.npz"], "--time");
+    let film = ["render", "ball.xml", "--out", "ball.mp4", "--time", "10", "--fps", "1e9"];
+    folder.run(&film).exits(64).complains(&["--time 10 s", "--fps 1e9", "1.000e10 frames", "at most 2147483647"]);
+}
+
 #[test]
 fn a_recording_in_the_place_of_a_model_is_called_one() {
     let folder = Folder::new("no_model");
