@@ -122,6 +122,9 @@ impl Subject {
         }
         let loaded = load_model(&arguments.model)?;
         let simulation = start(&loaded, &arguments.start, settings.clone())?;
+        if arguments.hold && loaded.model.actuators.is_empty() {
+            eprintln!("note: --hold changes nothing: the model has no actuators that could hold");
+        }
         let judged = match arguments.hold {
             true => Arc::new(held_by_motors(&loaded.model)?),
             false => Arc::clone(&loaded.model),
