@@ -11,6 +11,7 @@ use signorini::multibody::glam::DVec3;
 use signorini::render::{self, Background, Picture, RenderError, RenderSettings};
 
 use crate::arrays::{self, Vector};
+use crate::counts;
 use crate::data::Data;
 use crate::error::ProblemError;
 use crate::guard;
@@ -100,9 +101,9 @@ impl Renderer {
     fn new(
         py: Python<'_>,
         model: Py<Model>,
-        width: usize,
-        height: usize,
-        samples: usize,
+        #[pyo3(from_py_with = counts::width)] width: usize,
+        #[pyo3(from_py_with = counts::height)] height: usize,
+        #[pyo3(from_py_with = counts::samples)] samples: usize,
         shadows: bool,
         background: &str,
         groups: Vec<u8>,
@@ -225,7 +226,11 @@ pub struct Film(Mutex<render::Film>);
 impl Film {
     #[new]
     #[pyo3(signature = (width=640, height=480, fps=30.0))]
-    fn new(width: usize, height: usize, fps: f64) -> PyResult<Self> {
+    fn new(
+        #[pyo3(from_py_with = counts::width)] width: usize,
+        #[pyo3(from_py_with = counts::height)] height: usize,
+        fps: f64,
+    ) -> PyResult<Self> {
         Ok(Self(Mutex::new(render::Film::new([width, height], fps).map_err(render_error)?)))
     }
 
