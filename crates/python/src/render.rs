@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArray3};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use signorini::multibody::glam::DVec3;
-use signorini::render::{self, Background, Picture, RenderError, RenderSettings};
+use signorini::render::{self, Background, LARGEST, Picture, RenderError, RenderSettings};
 
 use crate::arrays::{self, Vector};
 use crate::counts;
@@ -113,6 +113,11 @@ impl Renderer {
             "white" => Background::White,
             other => return Err(PyValueError::new_err(format!("background = '{other}': must be 'sky' or 'white'"))),
         };
+        for (side, pixels) in [("width", width), ("height", height)] {
+            if !(1..=LARGEST).contains(&pixels) {
+                return Err(PyValueError::new_err(format!("{side} = {pixels}: must be from 1 to {LARGEST} pixels")));
+            }
+        }
         let settings = RenderSettings::default()
             .with_samples(samples.max(1))
             .with_shadows(shadows)

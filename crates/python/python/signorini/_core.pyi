@@ -507,6 +507,8 @@ class Renderer:
         background: "sky" or "white".
         groups: visibility groups that are shown (MJCF ``group``).
 
+    Raises:
+        ValueError: a picture would have no pixels, or more than 16384 along a side, or there is no such background.
     """
 
     def __new__(
