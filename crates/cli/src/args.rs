@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use signorini::contact::{MOST_DIRECTIONS, SolverSettings};
 use signorini::lcp::MethodKind;
 use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, OverlapPolicy, Settings};
+use signorini_generate::LENGTHS;
 
 use crate::error::CliError;
 
@@ -105,7 +106,7 @@ pub struct StepArguments {
     #[arg(long, value_name = "γ", default_value = "1", value_parser = part)]
     pub stabilization: f64,
     /// Gaps and overlaps of at most this many metres count as closed: a ten-thousandth of a body's size, say, lets piles of hundreds of bodies come to rest.
-    #[arg(long, value_name = "M", default_value = "0", value_parser = distance)]
+    #[arg(long, value_name = "M", default_value = "0", value_parser = gap)]
     pub gap_resolution: f64,
     /// Where a step cannot remove all of its penetrations and violations: remove as much as the laws permit, stop, or take
     /// penetrations as zero.
@@ -280,11 +281,24 @@ fn speed(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A number that is not negative.
-fn distance(text: &str) -> Result<f64, String> {
+/// A gap that something counts as closed, in metres or radians: what is farther away than 1 is apart by any measure.
+fn gap(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(x) if x >= 0.0 && x.is_finite() => Ok(x),
-        _ => Err("must be a number that is not negative".into()),
+        Ok(x) if (0.0..=1.0).contains(&x) => Ok(x),
+        _ => Err("must be a gap from 0 to 1".into()),
+    }
+}
+
+/// A gap within which shapes touch.
+pub fn touching(text: &str) -> Result<f64, String> {
+    gap(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "must be a gap above 0 and at most 1".into())
+}
+
+/// A length of a world that is made, m.
+pub fn length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if LENGTHS.contains(&x) => Ok(x),
+        _ => Err(format!("must be a length in metres from {:e} to {:e}", LENGTHS.start(), LENGTHS.end())),
     }
 }
 

@@ -1,5 +1,7 @@
 //! The command line: every command with its arguments.
 
+use std::any::TypeId;
+
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands::{
@@ -30,7 +32,12 @@ impl Cli {
 /// A number out of its range is told by what it is for, and not taken for an option.
 fn numbers_may_be_negative(command: clap::Command) -> clap::Command {
     command
-        .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })
+        .mut_args(|arg| match arg.get_action().takes_values() {
+            // What clap takes for a negative number has no negative exponent.
+            true if arg.get_value_parser().type_id() == TypeId::of::<f64>() => arg.allow_hyphen_values(true),
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        })
         .mut_subcommands(numbers_may_be_negative)
 }
 

@@ -218,6 +218,30 @@ pub enum CliError {
         /// The time step, s.
         timestep: f64,
     },
+    /// A time that no run gets to.
+    #[error(
+        "{option} {time:e} s: a run with time steps of {timestep} s goes no farther than {end:.3e} s, where rounding takes all of a step"
+    )]
+    TooLong {
+        /// The option.
+        option: &'static str,
+        /// The time asked for, s.
+        time: f64,
+        /// The time step, s.
+        timestep: f64,
+        /// Where runs end, s.
+        end: f64,
+    },
+    /// A film with more frames than its file can count.
+    #[error("--time {time} s at --fps {rate:e} are {:.3e} frames: a film has at most {most}", time * rate)]
+    TooManyFrames {
+        /// The time asked for, s.
+        time: f64,
+        /// Frames per second.
+        rate: f64,
+        /// Frames at most.
+        most: i32,
+    },
     /// A film that cannot go on.
     #[error("at t = {time} s the contacts contradict each other: take a shorter --time, or --infeasible go-on")]
     NoFurther {
@@ -249,6 +273,8 @@ impl CliError {
             | Self::UnusedOption { .. }
             | Self::Overwrites { .. }
             | Self::NoStep { .. }
+            | Self::TooLong { .. }
+            | Self::TooManyFrames { .. }
             | Self::CheckArguments { .. }
             | Self::Simulation(SimulationError::Incompatible { .. }) => Exit::Usage,
             _ => Exit::Failure,

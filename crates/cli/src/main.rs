@@ -4,6 +4,7 @@
 
 mod args;
 mod assignment;
+mod clock;
 mod command;
 mod commands;
 mod error;

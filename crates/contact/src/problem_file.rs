@@ -220,6 +220,27 @@ fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
 /// # Errors
 /// [`ProblemError::Archive`] if the file cannot be written.
 pub fn write_contact(path: impl AsRef<Path>, problem: &ContactProblem) -> Result<(), ProblemError> {
+    Ok(contact_archive(problem)?.write(path)?)
+}
+
+/// The bytes of the file that [`write_contact`] writes.
+///
+/// # Errors
+/// [`ProblemError::Archive`] for a problem of more numbers than a file holds.
+pub fn contact_to_bytes(problem: &ContactProblem) -> Result<Vec<u8>, ProblemError> {
+    Ok(contact_archive(problem)?.to_bytes()?)
+}
+
+/// The contact problem of the bytes of a file.
+///
+/// # Errors
+/// As [`read`], with "(bytes)" in the place of the file.
+pub fn contact_from_bytes(bytes: Vec<u8>) -> Result<ContactProblem, ProblemError> {
+    let archive = Archive::from_bytes("(bytes)", bytes)?;
+    read_contact(&archive).map_err(|error| in_file(&archive, error))
+}
+
+fn contact_archive(problem: &ContactProblem) -> Result<ArchiveWriter, ProblemError> {
     let (nv, nc) = (problem.nv(), problem.contact_count());
     let mut mass = SparseBuilder::new(nv);
     for (index, block) in problem.mass.blocks().iter().enumerate() {
@@ -253,6 +274,5 @@ pub fn write_contact(path: impl AsRef<Path>, problem: &ContactProblem) -> Result
         writer.csr("JB", &bilateral.finish())?.f64("theta", &[theta.len()], theta)?;
     }
     friction_groups::write(&mut writer, problem)?;
-    writer.write(path)?;
-    Ok(())
+    Ok(writer)
 }

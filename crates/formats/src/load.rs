@@ -71,6 +71,7 @@ pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>) -> Result<Imported, For
 /// # Errors
 /// As [`load`].
 pub fn load_mjcf_str_with(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    options.check()?;
     import(parse_as("mujoco", text, "(MJCF text)")?, base.as_ref(), None, options)
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use derive_setters::Setters;
 
-use crate::error::{GenerateError, count, not_negative, positive};
+use crate::error::{GenerateError, count, extent, not_negative};
 use crate::random::Random;
 use crate::text::{Text, color, list};
 
@@ -41,7 +41,7 @@ impl Stack {
     pub fn mjcf(&self) -> Result<String, GenerateError> {
         let Self { count: n, size, offset, friction, seed } = *self;
         count("count", n, 1)?;
-        positive("size", size)?;
+        extent("size", size)?;
         not_negative("offset", offset)?;
         not_negative("friction", friction)?;
         let mut random = Random::new(seed);
@@ -157,7 +157,7 @@ impl Wall {
         count("columns", columns, 1)?;
         count("courses", courses, 1)?;
         count("columns times courses", columns.saturating_mul(courses), 1)?;
-        [length, width, height].iter().try_for_each(|x| positive("brick", *x))?;
+        [length, width, height].iter().try_for_each(|x| extent("brick", *x))?;
         not_negative("friction", friction)?;
         let how = format!("a wall of {courses} courses of {columns} bricks; made by signorini-generate");
         let mut text = Text::new("wall", how);
@@ -214,7 +214,7 @@ impl Arch {
         count("count", n, 3)?;
         [("radius", radius), ("thickness", thickness), ("depth", depth)]
             .iter()
-            .try_for_each(|(name, x)| positive(name, *x))?;
+            .try_for_each(|(name, x)| extent(name, *x))?;
         not_negative("friction", friction)?;
         if thickness >= 2.0 {
             return Err(GenerateError::Number { name: "thickness", expected: "below 2", found: thickness });

@@ -1,5 +1,7 @@
 //! What no world can be made of.
 
+use std::ops::RangeInclusive;
+
 /// Arguments that make no world.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -19,15 +21,18 @@ pub enum GenerateError {
     Picture(String),
 }
 
-/// A length, mass or coefficient that has to be finite and above 0.
-pub(crate) fn positive(name: &'static str, found: f64) -> Result<(), GenerateError> {
-    if found.is_finite() && found > 0.0 {
+/// Lengths that worlds are made of, m: files have nine places, and those of longer ones are finer than doubles.
+pub const LENGTHS: RangeInclusive<f64> = 1e-6..=1e6;
+
+/// A length, m, or a share of one.
+pub(crate) fn extent(name: &'static str, found: f64) -> Result<(), GenerateError> {
+    if LENGTHS.contains(&found) {
         return Ok(());
     }
-    Err(GenerateError::Number { name, expected: "positive and finite", found })
+    Err(GenerateError::Number { name, expected: "from 1e-6 to 1e6", found })
 }
 
-/// One that may be 0.
+/// A coefficient that may be 0.
 pub(crate) fn not_negative(name: &'static str, found: f64) -> Result<(), GenerateError> {
     if found.is_finite() && found >= 0.0 {
         return Ok(());

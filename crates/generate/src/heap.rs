@@ -2,7 +2,7 @@
 
 use derive_setters::Setters;
 
-use crate::error::{GenerateError, count, not_negative, positive};
+use crate::error::{GenerateError, count, extent, not_negative};
 use crate::objects::{self, Shapes};
 use crate::random::Random;
 use crate::text::{Text, list};
@@ -39,7 +39,7 @@ impl Heap {
     pub fn mjcf(&self) -> Result<String, GenerateError> {
         let Self { count: n, shapes, radius, friction, bin, seed } = *self;
         count("count", n, 1)?;
-        positive("radius", radius)?;
+        extent("radius", radius)?;
         not_negative("friction", friction)?;
         let mut random = Random::new(seed);
         let how = format!("{n} objects fall ({shapes:?}, radius {radius} m, seed {seed}); made by signorini-generate");

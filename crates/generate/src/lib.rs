@@ -20,7 +20,7 @@ mod terrain;
 mod text;
 
 pub use buildings::{Arch, Pallet, Stack, Wall};
-pub use error::GenerateError;
+pub use error::{GenerateError, LENGTHS};
 pub use heap::Heap;
 pub use objects::Shapes;
 pub use terrain::{Rough, Stairs, Terrain};

@@ -4,7 +4,7 @@ use std::io::{BufRead, Seek};
 
 use derive_setters::Setters;
 
-use crate::error::{GenerateError, count, not_negative, positive};
+use crate::error::{GenerateError, count, extent, not_negative};
 use crate::objects::{self, Shapes};
 use crate::random::Random;
 use crate::text::{Text, list};
@@ -54,7 +54,7 @@ impl Stairs {
         let Self { steps, rise, run, width, friction, objects, seed } = *self;
         count("steps", steps, 1)?;
         count("objects", objects, 0)?;
-        [("rise", rise), ("run", run), ("width", width)].iter().try_for_each(|(name, x)| positive(name, *x))?;
+        [("rise", rise), ("run", run), ("width", width)].iter().try_for_each(|(name, x)| extent(name, *x))?;
         not_negative("friction", friction)?;
         let how = format!("{steps} steps of {rise} m by {run} m; made by signorini-generate");
         let mut text = Text::new("stairs", how);
@@ -232,7 +232,7 @@ impl Terrain {
             let expected = "finite, as many as points";
             return Err(GenerateError::Number { name: "heights", expected, found: heights.len() as f64 });
         }
-        [("size", *x), ("size", *y), ("height", *height)].iter().try_for_each(|(name, x)| positive(name, *x))?;
+        [("size", *x), ("size", *y), ("height", *height)].iter().try_for_each(|(name, x)| extent(name, *x))?;
         not_negative("friction", *friction)?;
         let mut text = Text::new(name, how);
         let low = heights.iter().copied().fold(f64::INFINITY, f64::min);

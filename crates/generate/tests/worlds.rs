@@ -111,6 +111,9 @@ fn what_makes_no_world_is_named() {
     assert!(wrong(Stack::new(3).with_size(-1.0).mjcf()).contains("size = -1"));
     assert!(wrong(Arch::new(2).mjcf()).contains("3 to"));
     assert!(wrong(Wall::new(3, 3).with_brick([0.2, f64::NAN, 0.1]).mjcf()).contains("brick"));
+    for size in [1e300, 1e-300, f64::INFINITY] {
+        assert!(wrong(Stack::new(3).with_size(size).mjcf()).contains("must be from 1e-6 to 1e6"), "{size}");
+    }
     assert!(wrong(Rough::new().with_roughness(2.0).mjcf()).contains("0 to 1"));
     assert!(Terrain::of_picture(std::io::Cursor::new(b"no picture")).is_err());
 }

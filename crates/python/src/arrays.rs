@@ -1,6 +1,7 @@
 //! NumPy arrays made and read by copying.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -80,6 +81,17 @@ fn read(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)
     let array = array.cast::<PyArrayDyn<f64>>()?;
     let entries = array.try_readonly()?.as_slice()?.to_vec();
     Ok((array.shape().to_vec(), entries))
+}
+
+/// The value, where it is not `None` and lists none, which NumPy would take for NaN.
+pub fn without_none<'a, 'py>(name: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyAny>> {
+    let py = value.py();
+    let array = py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "asarray"), (value,))?;
+    let is_object = array.getattr(intern!(py, "dtype"))?.getattr(intern!(py, "hasobject"))?.is_truthy()?;
+    if is_object && array.getattr(intern!(py, "flat"))?.try_iter()?.any(|x| x.is_ok_and(|x| x.is_none())) {
+        return Err(PyTypeError::new_err(format!("{name}: None is no number")));
+    }
+    Ok(value)
 }
 
 /// A vector from Python, of `expected` entries where that is known.

@@ -14,6 +14,7 @@ use signorini::multibody::{Input, State};
 use signorini::{LaneStop, Variation, contact_wrenches_into};
 
 use crate::arrays::{self, Cube, Table, Vector};
+use crate::counts;
 use crate::derivatives::{StepDerivatives, step_batch};
 use crate::directions::directions_of;
 use crate::error::{BatchError, ProblemError, simulation_error};
@@ -71,7 +72,13 @@ impl Lanes {
 impl Batch {
     #[new]
     #[pyo3(signature = (model, nsim, settings, nthread=0))]
-    fn new(py: Python<'_>, model: Py<Model>, nsim: usize, settings: Py<PyAny>, nthread: usize) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        model: Py<Model>,
+        #[pyo3(from_py_with = counts::nsim)] nsim: usize,
+        settings: Py<PyAny>,
+        #[pyo3(from_py_with = counts::nthread)] nthread: usize,
+    ) -> PyResult<Self> {
         let inner = model.get().inner.clone();
         let (nq, nv, na, nu) = (inner.nq, inner.nv, inner.na, inner.actuators.len());
         let options = settings.extract::<PySettings>(py)?.to_settings()?;
@@ -221,7 +228,12 @@ impl Batch {
 
     /// Makes `nstep` steps of the simulations `ids`, or of all; the GIL is released meanwhile.
     #[pyo3(signature = (nstep=1, ids=None))]
-    fn step(&self, py: Python<'_>, nstep: u64, ids: Option<Simulations>) -> PyResult<()> {
+    fn step(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = counts::nstep)] nstep: u64,
+        ids: Option<Simulations>,
+    ) -> PyResult<()> {
         let ids = ids.map(|ids| ids.among(self.count)).transpose()?;
         let mut lanes = self.loaded(py)?;
         let mut chosen = vec![ids.is_none(); self.count];
@@ -241,7 +253,7 @@ impl Batch {
         &self,
         py: Python<'py>,
         ctrl: Option<&Bound<'py, PyAny>>,
-        nstep: Option<usize>,
+        #[pyo3(from_py_with = counts::nstep)] nstep: Option<usize>,
         record: Vec<String>,
     ) -> PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>> {
         let quantities = record.iter().map(|name| Quantity::named(name)).collect::<PyResult<Vec<_>>>()?;

@@ -7,6 +7,7 @@ use signorini::multibody::{Input, State};
 use signorini::statics::{self, Block, StabilitySettings};
 
 use crate::arrays;
+use crate::counts;
 use crate::error::{SettingError, simulation_error};
 use crate::guard;
 use crate::limits::{Ask, Safety};
@@ -118,7 +119,12 @@ impl Assembly {
 
     /// Whether the blocks stand under their weight.
     #[pyo3(signature = (*, tolerance=1e-9, enumeration=1000))]
-    fn stability(&self, py: Python<'_>, tolerance: f64, enumeration: usize) -> PyResult<Stability> {
+    fn stability(
+        &self,
+        py: Python<'_>,
+        tolerance: f64,
+        #[pyo3(from_py_with = counts::enumeration)] enumeration: usize,
+    ) -> PyResult<Stability> {
         let settings = StabilitySettings::default().with_tolerance(tolerance).with_enumeration_programs(enumeration);
         let assembly = self.put_together()?;
         let found = guard::detached(py, || assembly.stability(&settings))?.map_err(simulation_error)?;

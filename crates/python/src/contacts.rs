@@ -1,5 +1,6 @@
 //! The contacts of a step as arrays.
 
+mod saving;
 mod sums;
 
 use std::sync::{Arc, OnceLock};
@@ -69,6 +70,8 @@ enum Stabilization {
     Unknown,
     /// Nothing was corrected.
     Nothing,
+    /// It is known.
+    Part(Vec<[f64; 3]>),
     /// What it follows from, and the part once it was asked for.
     Step { step: Box<StabilizedStep>, settings: Box<Settings>, part: OnceLock<Vec<[f64; 3]>> },
 }
@@ -119,6 +122,24 @@ impl Contacts {
             bodies: Bodies::Listed(header.bodies.clone()),
             stabilization: Stabilization::Unknown,
         }
+    }
+
+    /// The part of the impulses that corrects, contact by contact; `None` where it is not known.
+    fn stabilization_part(&self, py: Python<'_>) -> PyResult<Option<Vec<[f64; 3]>>> {
+        let count = self.contacts.len();
+        Ok(match &self.stabilization {
+            Stabilization::Unknown => None,
+            Stabilization::Nothing => Some(vec![[0.0; 3]; count]),
+            Stabilization::Part(part) => Some(part.clone()),
+            Stabilization::Step { step, settings, part } => {
+                if part.get().is_none() {
+                    let found = guard::detached(py, || step.impulses(settings))?.map_err(simulation_error)?;
+                    // Another thread may have been first, with the same numbers.
+                    let _ = part.set(found);
+                }
+                Some(part.get().into_iter().flatten().copied().take(count).collect())
+            }
+        })
     }
 
     fn each<'py, T: numpy::Element>(&self, py: Python<'py>, value: impl Fn(&Contact) -> T) -> Bound<'py, PyArray1<T>> {
@@ -177,22 +198,10 @@ impl Contacts {
     /// impulse of the same step with these taken as zero. One more problem is solved for it, once.
     #[getter]
     fn stabilization<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        let count = self.contacts.len();
-        let impulses = match &self.stabilization {
-            Stabilization::Unknown => {
-                Err(PyRuntimeError::new_err("a recording does not hold it: take it from data.contact after the step"))
-            }
-            Stabilization::Nothing => arrays::rows(py, std::iter::repeat_n([0.0; 3], count)),
-            Stabilization::Step { step, settings, part } => {
-                if part.get().is_none() {
-                    let found = guard::detached(py, || step.impulses(settings))?.map_err(simulation_error)?;
-                    // Another thread may have been first, with the same numbers.
-                    let _ = part.set(found);
-                }
-                arrays::rows(py, part.get().into_iter().flatten().copied().take(count))
-            }
-        };
-        arrays::fixed(impulses?)
+        let part = self.stabilization_part(py)?.ok_or_else(|| {
+            PyRuntimeError::new_err("a recording does not hold it: take it from data.contact after the step")
+        })?;
+        arrays::fixed(arrays::rows(py, part.into_iter())?)
     }
 
     /// Mean forces over the step along normal and tangents, (ncon, 3), N.

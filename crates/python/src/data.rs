@@ -45,7 +45,7 @@ macro_rules! live_arrays {
 
             #[setter]
             fn $setter(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
-                self.live.assign(py, Field::$field, value)
+                self.live.assign(py, stringify!($name), Field::$field, value)
             })*
         }
     };

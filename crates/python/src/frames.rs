@@ -10,6 +10,7 @@ use signorini::multibody::{
 
 use crate::arrays::{self, Table, Vector};
 use crate::core::Core;
+use crate::counts;
 use crate::data::Data;
 use crate::error::{ProblemError, SolveError};
 use crate::model::Model;
@@ -292,7 +293,7 @@ pub fn inverse_kinematics(
     site: Option<Key>,
     joints: Option<Vec<Key>>,
     tolerance: f64,
-    max_iterations: usize,
+    #[pyo3(from_py_with = counts::max_iterations)] max_iterations: usize,
 ) -> PyResult<InverseKinematics> {
     check_model(model, data)?;
     let mut core = data.get().loaded(py)?;

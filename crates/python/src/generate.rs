@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use signorini_generate::{Arch, GenerateError, Heap, Pallet, Rough, Shapes, Stack, Stairs, Terrain, Wall};
 
 use crate::arrays;
+use crate::counts;
 
 fn text(made: Result<String, GenerateError>) -> PyResult<String> {
     made.map_err(|error| PyValueError::new_err(error.to_string()))
@@ -12,7 +13,14 @@ fn text(made: Result<String, GenerateError>) -> PyResult<String> {
 
 /// Random objects that fall on a heap.
 #[pyfunction]
-pub fn make_heap(count: usize, shapes: &str, radius: f64, friction: f64, bin: bool, seed: u64) -> PyResult<String> {
+pub fn make_heap(
+    #[pyo3(from_py_with = counts::count)] count: usize,
+    shapes: &str,
+    radius: f64,
+    friction: f64,
+    bin: bool,
+    #[pyo3(from_py_with = counts::seed)] seed: u64,
+) -> PyResult<String> {
     let shapes = match shapes {
         "boxes" => Shapes::Boxes,
         "spheres" => Shapes::Spheres,
@@ -29,25 +37,46 @@ pub fn make_heap(count: usize, shapes: &str, radius: f64, friction: f64, bin: bo
 
 /// Cubes on top of each other.
 #[pyfunction]
-pub fn make_stack(count: usize, size: f64, offset: f64, friction: f64, seed: u64) -> PyResult<String> {
+pub fn make_stack(
+    #[pyo3(from_py_with = counts::count)] count: usize,
+    size: f64,
+    offset: f64,
+    friction: f64,
+    #[pyo3(from_py_with = counts::seed)] seed: u64,
+) -> PyResult<String> {
     text(Stack::new(count).with_size(size).with_offset(offset).with_friction(friction).with_seed(seed).mjcf())
 }
 
 /// Boxes in layers on a pallet.
 #[pyfunction]
-pub fn make_pallet(layers: usize, friction: f64, free: bool) -> PyResult<String> {
+pub fn make_pallet(
+    #[pyo3(from_py_with = counts::layers)] layers: usize,
+    friction: f64,
+    free: bool,
+) -> PyResult<String> {
     text(Pallet::new(layers).with_friction(friction).with_free(free).mjcf())
 }
 
 /// Bricks in running bond.
 #[pyfunction]
-pub fn make_wall(columns: usize, courses: usize, brick: [f64; 3], friction: f64) -> PyResult<String> {
+pub fn make_wall(
+    #[pyo3(from_py_with = counts::columns)] columns: usize,
+    #[pyo3(from_py_with = counts::courses)] courses: usize,
+    brick: [f64; 3],
+    friction: f64,
+) -> PyResult<String> {
     text(Wall::new(columns, courses).with_brick(brick).with_friction(friction).mjcf())
 }
 
 /// A half-circle of wedges.
 #[pyfunction]
-pub fn make_arch(count: usize, radius: f64, thickness: f64, depth: f64, friction: f64) -> PyResult<String> {
+pub fn make_arch(
+    #[pyo3(from_py_with = counts::count)] count: usize,
+    radius: f64,
+    thickness: f64,
+    depth: f64,
+    friction: f64,
+) -> PyResult<String> {
     let arch = Arch::new(count).with_radius(radius).with_thickness(thickness).with_depth(depth);
     text(arch.with_friction(friction).mjcf())
 }
@@ -55,13 +84,13 @@ pub fn make_arch(count: usize, radius: f64, thickness: f64, depth: f64, friction
 /// Steps that lead up along x.
 #[pyfunction]
 pub fn make_stairs(
-    steps: usize,
+    #[pyo3(from_py_with = counts::steps)] steps: usize,
     rise: f64,
     run: f64,
     width: f64,
     friction: f64,
-    objects: usize,
-    seed: u64,
+    #[pyo3(from_py_with = counts::objects)] objects: usize,
+    #[pyo3(from_py_with = counts::seed)] seed: u64,
 ) -> PyResult<String> {
     let stairs = Stairs::new(steps).with_rise(rise).with_run(run).with_width(width).with_friction(friction);
     text(stairs.with_objects(objects).with_seed(seed).mjcf())
@@ -70,13 +99,13 @@ pub fn make_stairs(
 /// Rough ground.
 #[pyfunction]
 pub fn make_rough(
-    points: usize,
+    #[pyo3(from_py_with = counts::points)] points: usize,
     size: f64,
     height: f64,
     roughness: f64,
     friction: f64,
-    objects: usize,
-    seed: u64,
+    #[pyo3(from_py_with = counts::objects)] objects: usize,
+    #[pyo3(from_py_with = counts::seed)] seed: u64,
 ) -> PyResult<String> {
     let ground = Rough::new().with_points(points).with_size(size).with_height(height).with_roughness(roughness);
     text(ground.with_friction(friction).with_objects(objects).with_seed(seed).mjcf())
@@ -89,8 +118,8 @@ pub fn make_terrain(
     size: [f64; 2],
     height: f64,
     friction: f64,
-    objects: usize,
-    seed: u64,
+    #[pyo3(from_py_with = counts::objects)] objects: usize,
+    #[pyo3(from_py_with = counts::seed)] seed: u64,
 ) -> PyResult<String> {
     let (rows, columns, heights) = arrays::read_matrix("heights", heights, [None, None])?;
     let terrain = Terrain::new([columns, rows], heights).with_size(size).with_height(height);

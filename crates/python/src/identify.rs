@@ -8,6 +8,7 @@ use signorini::derivatives::identification::{
 use signorini::multibody::{Input, State};
 
 use crate::arrays::{self, Table, Vector};
+use crate::counts;
 use crate::directions::direction_of;
 use crate::error::simulation_error;
 use crate::guard;
@@ -85,14 +86,14 @@ pub fn identify_parameters(
     unknowns: Vec<Asked<'_>>,
     settings: PySettings,
     interval: f64,
-    substeps: usize,
-    window: usize,
+    #[pyo3(from_py_with = counts::substeps)] substeps: usize,
+    #[pyo3(from_py_with = counts::window)] window: usize,
     weights: Vec<f64>,
     outlier: f64,
     equal_recordings: bool,
-    starts: usize,
-    draws: usize,
-    iterations: usize,
+    #[pyo3(from_py_with = counts::starts)] starts: usize,
+    #[pyo3(from_py_with = counts::draws)] draws: usize,
+    #[pyo3(from_py_with = counts::iterations)] iterations: usize,
     tolerance: f64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<IdentifiedValues> {

@@ -9,6 +9,7 @@ mod batch;
 mod blocks;
 mod contacts;
 mod core;
+mod counts;
 mod data;
 mod derivatives;
 mod directions;

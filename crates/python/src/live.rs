@@ -80,9 +80,9 @@ impl Live {
         self.views[field as usize].clone_ref(py)
     }
 
-    /// `array[...] = value`, as NumPy does it.
-    pub fn assign(&self, py: Python<'_>, field: Field, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.views[field as usize].bind(py).set_item(py.Ellipsis(), value)
+    /// `array[...] = value`, as NumPy does it, but for `None`.
+    pub fn assign(&self, py: Python<'_>, name: &str, field: Field, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.views[field as usize].bind(py).set_item(py.Ellipsis(), arrays::without_none(name, value)?)
     }
 
     /// Copies state and input out.

@@ -9,6 +9,7 @@ use signorini::contact::ProblemError;
 use signorini::statics::{self, Placement, StabilitySettings};
 
 use crate::arrays::{self, Vector};
+use crate::counts;
 use crate::data::Data;
 use crate::error::simulation_error;
 use crate::guard;
@@ -88,7 +89,7 @@ pub fn placements(
     attraction: Option<&Bound<'_, PyAny>>,
     touching: f64,
     tolerance: f64,
-    enumeration: usize,
+    #[pyo3(from_py_with = counts::enumeration)] enumeration: usize,
     search: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Placements> {

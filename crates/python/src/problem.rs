@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use signorini::ContactMethod;
 use signorini::contact::{
     self, ContactSolver, FrictionPolygon, WarmStart, certify, gap_contradiction, problem_file, solve_as_lcp,
@@ -90,6 +91,16 @@ impl ContactProblem {
     /// Writes a problem file (`.npz`) for `signorini solve`, `signorini check` and `load`.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         problem_file::write_contact(path, &self.inner).map_err(problem_error)
+    }
+
+    #[staticmethod]
+    fn _from_bytes(bytes: Vec<u8>) -> PyResult<Self> {
+        problem_file::contact_from_bytes(bytes).map(Self::from).map_err(problem_error)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let bytes = problem_file::contact_to_bytes(&slf.get().inner).map_err(problem_error)?;
+        Ok((slf.get_type().getattr("_from_bytes")?, (PyBytes::new(slf.py(), &bytes),)))
     }
 
     /// Number of degrees of freedom.

@@ -8,6 +8,7 @@ use signorini::multibody::glam::DVec3;
 
 use crate::arrays::{self, Table, Vector};
 use crate::core::Core;
+use crate::counts;
 use crate::data::Data;
 use crate::error::{ProblemError, SettingError, simulation_error};
 use crate::guard;
@@ -236,7 +237,7 @@ pub fn cast_rays<'py>(
     points: &Bound<'py, PyAny>,
     directions: &Bound<'py, PyAny>,
     exclude_body: Option<Key>,
-    nthread: usize,
+    #[pyo3(from_py_with = counts::nthread)] nthread: usize,
 ) -> PyResult<Hits<'py>> {
     check_model(model, data)?;
     let (count, _, directions) = arrays::read_matrix("directions", directions, [None, Some(3)])?;

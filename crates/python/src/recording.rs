@@ -16,6 +16,7 @@ use signorini_replay::{check, rebuild};
 
 use crate::arrays::{self, Cube, Table, Vector};
 use crate::contacts::Contacts;
+use crate::counts;
 use crate::error::{recording_error, replay_error};
 use crate::guard;
 use crate::model::Model;
@@ -105,7 +106,7 @@ impl Recording {
         path: Option<PathBuf>,
         title: &str,
         notes: Vec<(String, String)>,
-        max_frames: usize,
+        #[pyo3(from_py_with = counts::max_frames)] max_frames: usize,
     ) -> PyResult<Option<String>> {
         let settings =
             ReportSettings::default().with_title(title.to_owned()).with_notes(notes).with_max_frames(max_frames);
@@ -118,7 +119,13 @@ impl Recording {
         Ok(None)
     }
 
-    fn _inline_html(&self, py: Python<'_>, title: &str, max_frames: usize, height: u32) -> PyResult<String> {
+    fn _inline_html(
+        &self,
+        py: Python<'_>,
+        title: &str,
+        #[pyo3(from_py_with = counts::max_frames)] max_frames: usize,
+        #[pyo3(from_py_with = counts::height)] height: u32,
+    ) -> PyResult<String> {
         let settings = ReportSettings::default().with_title(title.to_owned()).with_max_frames(max_frames);
         guard::detached(py, || inline_html(&self.0, &settings, height))?.map_err(recording_error)
     }

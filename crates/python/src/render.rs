@@ -8,9 +8,10 @@ use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArray3};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use signorini::multibody::glam::DVec3;
-use signorini::render::{self, Background, Picture, RenderError, RenderSettings};
+use signorini::render::{self, Background, LARGEST, Picture, RenderError, RenderSettings};
 
 use crate::arrays::{self, Vector};
+use crate::counts;
 use crate::data::Data;
 use crate::error::ProblemError;
 use crate::guard;
@@ -100,9 +101,9 @@ impl Renderer {
     fn new(
         py: Python<'_>,
         model: Py<Model>,
-        width: usize,
-        height: usize,
-        samples: usize,
+        #[pyo3(from_py_with = counts::width)] width: usize,
+        #[pyo3(from_py_with = counts::height)] height: usize,
+        #[pyo3(from_py_with = counts::samples)] samples: usize,
         shadows: bool,
         background: &str,
         groups: Vec<u8>,
@@ -112,6 +113,11 @@ impl Renderer {
             "white" => Background::White,
             other => return Err(PyValueError::new_err(format!("background = '{other}': must be 'sky' or 'white'"))),
         };
+        for (side, pixels) in [("width", width), ("height", height)] {
+            if !(1..=LARGEST).contains(&pixels) {
+                return Err(PyValueError::new_err(format!("{side} = {pixels}: must be from 1 to {LARGEST} pixels")));
+            }
+        }
         let settings = RenderSettings::default()
             .with_samples(samples.max(1))
             .with_shadows(shadows)
@@ -225,7 +231,11 @@ pub struct Film(Mutex<render::Film>);
 impl Film {
     #[new]
     #[pyo3(signature = (width=640, height=480, fps=30.0))]
-    fn new(width: usize, height: usize, fps: f64) -> PyResult<Self> {
+    fn new(
+        #[pyo3(from_py_with = counts::width)] width: usize,
+        #[pyo3(from_py_with = counts::height)] height: usize,
+        fps: f64,
+    ) -> PyResult<Self> {
         Ok(Self(Mutex::new(render::Film::new([width, height], fps).map_err(render_error)?)))
     }
 

@@ -1,5 +1,7 @@
 //! How a step went: the certificate and the solver's report.
 
+mod saving;
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use signorini::contact;
@@ -178,7 +180,7 @@ pub struct StepReport {
     sweeps: u32,
     /// Where the budget was used up: the row that lacks most, ("contact", "group" or "bilateral", its index in the problem).
     #[pyo3(get)]
-    worst_row: Option<(&'static str, usize)>,
+    worst_row: Option<(String, usize)>,
     /// Where the budget was used up: root mean square of what the rows lack, relative to the velocity scale.
     #[pyo3(get)]
     residual_rms: Option<f64>,
@@ -190,7 +192,7 @@ pub struct StepReport {
     theta: f64,
     /// What was kept where `theta` is less than 1: ("contact" or "bilateral", index of the row in the problem, m or rad).
     #[pyo3(get)]
-    kept: Vec<(&'static str, usize, f64)>,
+    kept: Vec<(String, usize, f64)>,
     /// Work of the impulses along the corrections, J.
     #[pyo3(get)]
     correction_energy: f64,
@@ -231,19 +233,21 @@ impl StepReport {
     }
 }
 
-fn lacking_row(row: contact::LackingRow) -> (&'static str, usize) {
-    match row {
+fn lacking_row(row: contact::LackingRow) -> (String, usize) {
+    let (kind, index) = match row {
         contact::LackingRow::Contact(i) => ("contact", i),
         contact::LackingRow::FrictionGroup(j) => ("group", j),
         contact::LackingRow::Bilateral(k) => ("bilateral", k),
-    }
+    };
+    (kind.to_owned(), index)
 }
 
-fn kept_row(kept: &signorini::Kept) -> (&'static str, usize, f64) {
-    match kept.row {
-        signorini::KeptRow::Contact(i) => ("contact", i, kept.size),
-        signorini::KeptRow::Bilateral(k) => ("bilateral", k, kept.size),
-    }
+fn kept_row(kept: &signorini::Kept) -> (String, usize, f64) {
+    let (kind, index) = match kept.row {
+        signorini::KeptRow::Contact(i) => ("contact", i),
+        signorini::KeptRow::Bilateral(k) => ("bilateral", k),
+    };
+    (kind.to_owned(), index, kept.size)
 }
 
 #[pymethods]

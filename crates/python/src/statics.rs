@@ -12,6 +12,7 @@ use signorini::multibody::{self as mb, Input, State};
 use signorini::statics::{self, Attraction, BodyMotion, ModelStability, StabilitySettings, stability as judge};
 
 use crate::arrays::{self, Table, Vector};
+use crate::counts;
 use crate::data::Data;
 use crate::error::{SettingError, problem_error, simulation_error};
 use crate::guard;
@@ -185,7 +186,7 @@ pub fn stability(
     attraction: Option<&Bound<'_, PyAny>>,
     touching: f64,
     tolerance: f64,
-    enumeration: usize,
+    #[pyo3(from_py_with = counts::enumeration)] enumeration: usize,
 ) -> PyResult<Stability> {
     let settings = StabilitySettings::default()
         .with_contact_tolerance(touching)

@@ -8,6 +8,7 @@ use signorini::multibody::{self as mb, GeomId};
 use signorini::{ContactSource, SettleSettings, SimulationError};
 
 use crate::core::{Core, Stop};
+use crate::counts;
 use crate::data::Data;
 use crate::error::{SolveError, recording_error, simulation_error};
 use crate::guard;
@@ -25,7 +26,12 @@ pub fn check_model(model: &Bound<'_, Model>, data: &Bound<'_, Data>) -> PyResult
 /// Makes `nstep` steps; the GIL is released meanwhile.
 #[pyfunction]
 #[pyo3(signature = (model, data, nstep=1))]
-pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, nstep: u64) -> PyResult<()> {
+pub fn step(
+    py: Python<'_>,
+    model: &Bound<'_, Model>,
+    data: &Bound<'_, Data>,
+    #[pyo3(from_py_with = counts::nstep)] nstep: u64,
+) -> PyResult<()> {
     check_model(model, data)?;
     let data = data.get();
     let mut guard = data.loaded(py)?;
@@ -118,7 +124,7 @@ pub fn settle(
     py: Python<'_>,
     model: &Bound<'_, Model>,
     data: &Bound<'_, Data>,
-    max_steps: u32,
+    #[pyo3(from_py_with = counts::max_steps)] max_steps: u32,
     timestep: Option<f64>,
     momentum: f64,
 ) -> PyResult<SettleReport> {

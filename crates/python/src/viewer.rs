@@ -8,6 +8,7 @@ use signorini::Simulation;
 use signorini::viewer::{self as live, ViewerError, ViewerSettings};
 
 use crate::arrays::{self, Vector};
+use crate::counts;
 use crate::data::Data;
 use crate::error::{SettingError, simulation_error};
 use crate::guard;
@@ -25,7 +26,7 @@ impl Viewer {
     fn new(
         py: Python<'_>,
         data: &Bound<'_, Data>,
-        port: u16,
+        #[pyo3(from_py_with = counts::port)] port: u16,
         title: String,
         running: bool,
         speed: f64,

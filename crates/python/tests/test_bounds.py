@@ -28,6 +28,35 @@ def test_sizes_are_bounded():
     assert (batch.time > 0.0).all()
 
 
+def test_counts_are_named_where_they_are_none(tmp_path):
+    model = Model.from_string(BALL)
+    data, batch = signorini.Data(model), Batch(model, 2)
+    signorini.step(model, data)
+    with data.record() as recorder:
+        signorini.step(model, data)
+    calls = {
+        "nstep": [lambda n: signorini.step(model, data, n), lambda n: batch.step(n), lambda n: batch.rollout(nstep=n)],
+        "nsim": [lambda n: Batch(model, n)],
+        "nthread": [lambda n: Batch(model, 2, nthread=n), lambda n: signorini.cast_rays(model, data, [[0, 0, 1]], [[0, 0, -1]], nthread=n)],
+        "max_steps": [lambda n: signorini.settle(model, data, max_steps=n)],
+        "enumeration": [lambda n: signorini.stability(model, data, enumeration=n)],
+        "max_frames": [lambda n: recorder.recording.to_html(max_frames=n)],
+        "count": [signorini.generate.heap, signorini.generate.stack],
+        "seed": [lambda n: signorini.generate.heap(3, seed=n)],
+        "width": [lambda n: signorini.Renderer(model, n, 10), lambda n: signorini.Film(n, 10)],
+        "samples": [lambda n: signorini.Renderer(model, samples=n)],
+    }
+    for name, takers in calls.items():
+        for take in takers:
+            for count in (-1, -(2**70)):
+                with pytest.raises(ValueError, match=f"^{name} = {count}: must not be negative"):
+                    take(count)
+            with pytest.raises(ValueError, match=f"^{name} = {2**70}: is too large"):
+                take(2**70)
+            with pytest.raises(TypeError, match=f"'{name}'"):
+                take("three")
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forking is POSIX")
 def test_a_forked_child_makes_its_own_batch_and_is_told_of_the_parent_s():
     program = f"""

@@ -112,3 +112,19 @@ def test_a_body_is_asked_for_by_name_or_index(model):
         signorini.jacobian(model, data, 3)
     with pytest.raises(KeyError, match="no body 'lowr'"):
         data.contact.between("lowr", "upper")
+
+
+def test_none_is_no_number(model):
+    data = Data(model)
+    for name in ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "xfrc_applied", "mocap_pos", "mocap_quat"):
+        before = getattr(data, name).copy()
+        for value in (None, [None], [0.5, None]):
+            with pytest.raises(TypeError, match=f"{name}: None"):
+                setattr(data, name, value)
+        assert np.array_equal(getattr(data, name), before)
+    for part, names in ((data.joint("elbow"), ("qpos", "qvel", "qfrc_applied")), (data.actuator("motor"), ("ctrl",))):
+        for name in names:
+            with pytest.raises(TypeError, match=f"{name}: None"):
+                setattr(part, name, None)
+    data.qpos = [1, 2]
+    assert data.qpos.tolist() == [1.0, 2.0]

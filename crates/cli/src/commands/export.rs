@@ -11,7 +11,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::loading::{load_model, start};
 use crate::results::{Contradiction, Exported, import_warnings, solve_status};
-use crate::{output, text};
+use crate::{clock, output, text};
 
 const EXAMPLE: &str = "\
 Example:
@@ -49,8 +49,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let loaded = load_model(&arguments.model)?;
     let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let (begin, dt) = (simulation.state().time, simulation.timestep());
-    let steps = ((arguments.time - begin) / dt).round();
-    if !(steps >= 0.0 && steps.is_finite()) {
+    let steps = clock::steps("--time", arguments.time - begin, dt)?;
+    if steps < 0.0 {
         return Err(CliError::TimeBeforeStart { time: arguments.time, start: begin });
     }
     let progress = output::progress(steps as u64, "steps");

@@ -8,6 +8,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use serde::Serialize;
 use signorini_generate::{Arch, Heap, Pallet, Rough, Shapes, Stack, Stairs, Terrain, Wall};
 
+use crate::args::length;
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::output;
@@ -55,7 +56,7 @@ pub enum Kind {
         #[arg(long, value_name = "WHAT", value_enum, default_value_t = ShapesName::Boxes)]
         shapes: ShapesName,
         /// About their radius, m.
-        #[arg(long, value_name = "M", default_value_t = 0.05)]
+        #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = length)]
         radius: f64,
         /// No walls around.
         #[arg(long)]
@@ -67,7 +68,7 @@ pub enum Kind {
         #[arg(long, value_name = "N", default_value_t = 10)]
         count: usize,
         /// Length of an edge, m.
-        #[arg(long, value_name = "M", default_value_t = 0.2)]
+        #[arg(long, value_name = "M", default_value_t = 0.2, value_parser = length)]
         size: f64,
         /// Most that a cube is off the one below, as a share of its length.
         #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
@@ -106,10 +107,10 @@ pub enum Kind {
         #[arg(long, value_name = "N", default_value_t = 8)]
         steps: usize,
         /// Height of a step, m.
-        #[arg(long, value_name = "M", default_value_t = 0.17)]
+        #[arg(long, value_name = "M", default_value_t = 0.17, value_parser = length)]
         rise: f64,
         /// Length of a step, m.
-        #[arg(long, value_name = "M", default_value_t = 0.29)]
+        #[arg(long, value_name = "M", default_value_t = 0.29, value_parser = length)]
         run: f64,
         /// Objects that fall onto the stairs.
         #[arg(long, value_name = "N", default_value_t = 0)]
@@ -121,10 +122,10 @@ pub enum Kind {
         #[arg(long, value_name = "N", default_value_t = 64)]
         points: usize,
         /// Length of a side, m.
-        #[arg(long, value_name = "M", default_value_t = 6.0)]
+        #[arg(long, value_name = "M", default_value_t = 6.0, value_parser = length)]
         size: f64,
         /// Height between the lowest and the highest point, m.
-        #[arg(long, value_name = "M", default_value_t = 0.4)]
+        #[arg(long, value_name = "M", default_value_t = 0.4, value_parser = length)]
         height: f64,
         /// 0 for smooth hills, up to 1.
         #[arg(long, value_name = "SHARE", default_value_t = 0.45)]
@@ -139,10 +140,10 @@ pub enum Kind {
         #[arg(long, value_name = "FILE.png")]
         image: PathBuf,
         /// Length along x, m; that along y follows from the picture. [default: 10 cm a pixel]
-        #[arg(long, value_name = "M")]
+        #[arg(long, value_name = "M", value_parser = length)]
         size: Option<f64>,
         /// Height between black and white, m.
-        #[arg(long, value_name = "M", default_value_t = 1.0)]
+        #[arg(long, value_name = "M", default_value_t = 1.0, value_parser = length)]
         height: f64,
         /// Objects that fall onto it.
         #[arg(long, value_name = "N", default_value_t = 0)]

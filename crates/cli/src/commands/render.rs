@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
 use serde::Serialize;
 use signorini::Simulation;
 use signorini::render::{
@@ -16,8 +17,8 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::interrupt::Interrupt;
 use crate::loading::{load_model, start};
-use crate::output;
 use crate::results::FileName;
+use crate::{clock, output};
 
 const HELP: &str = "\
 The ending of --out says what is made: .png a picture, .mp4 a film (H.264), .apng one without loss, which browsers show. The picture is taken --time
@@ -27,6 +28,9 @@ Examples:
   signorini render robot.xml --out robot.png --samples 32
   signorini render --scene wall --time 1 --out wall.mp4
   signorini render robot.xml --camera front --size 1920x1080 --out front.png";
+
+/// Frames that the file of a film counts: PNG's integers end here.
+const MOST_FRAMES: i32 = i32::MAX;
 
 /// Arguments of `render`.
 #[derive(Debug, Args)]
@@ -126,9 +130,12 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         Studio { arguments, simulation, renderer, framed: None, spent: Duration::ZERO, interrupted: false };
     let time = arguments.time.unwrap_or(if film { 2.0 } else { 0.0 });
     let begin = studio.simulation.state().time;
+    let steps = clock::steps("--time", time, studio.simulation.timestep())?;
     let frames = match form {
         Form::Picture => {
-            studio.advance_to(begin + time)?;
+            let progress = output::progress(steps as u64, "steps");
+            studio.advance_to(begin + time, &progress)?;
+            progress.finish_and_clear();
             let picture = studio.take()?;
             save(arguments, |out| write_png(&picture, out))?;
             1
@@ -181,13 +188,14 @@ struct Studio<'a> {
 
 impl Studio<'_> {
     /// Steps up to a time; the last step begins before it.
-    fn advance_to(&mut self, time: f64) -> Result<(), CliError> {
+    fn advance_to(&mut self, time: f64, progress: &ProgressBar) -> Result<(), CliError> {
         let step = self.simulation.timestep();
         while self.simulation.state().time + 0.5 * step < time {
             let report = self.simulation.step().map_err(|source| CliError::Step { time, source })?;
             if !report.advanced() {
                 return Err(CliError::NoFurther { time: self.simulation.state().time });
             }
+            progress.inc(1);
         }
         Ok(())
     }
@@ -200,7 +208,11 @@ impl Studio<'_> {
         mut keep: impl FnMut(Picture) -> Result<(), CliError>,
     ) -> Result<(), CliError> {
         let rate = self.arguments.rate();
-        let count = (time * rate).round() as usize;
+        let count = (time * rate).round();
+        if count >= f64::from(MOST_FRAMES) {
+            return Err(CliError::TooManyFrames { time, rate, most: MOST_FRAMES });
+        }
+        let count = count as usize;
         let progress = output::progress(count as u64, "frames");
         let interrupt = Interrupt::listen();
         for k in 0..=count {
@@ -208,7 +220,7 @@ impl Studio<'_> {
                 self.interrupted = true;
                 break;
             }
-            self.advance_to(begin + k as f64 / rate)?;
+            self.advance_to(begin + k as f64 / rate, &ProgressBar::hidden())?;
             keep(self.take()?)?;
             progress.set_position(k as u64);
         }

@@ -17,7 +17,7 @@ use crate::results::{
     Budget, Contradiction, Laws, Miss, Range, RunResult, RunStatus, StageLine, Unfinished, import_warnings,
 };
 use crate::solving::ContactLaw;
-use crate::{output, text};
+use crate::{clock, output, text};
 
 mod outputs;
 
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let loaded = load_model(&arguments.model)?;
     let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let (duration, timestep) = (arguments.duration, simulation.timestep());
-    let steps = (duration / timestep).round();
+    let steps = clock::steps("--duration", duration, timestep)?;
     if steps < 1.0 {
         return Err(CliError::NoStep { duration, timestep });
     }

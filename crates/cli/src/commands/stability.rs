@@ -15,7 +15,7 @@ use signorini::statics::{
 };
 use signorini::{Settings, Simulation, SimulationError, rest_problem};
 
-use crate::args::{ModelArguments, StartArguments, directions, fraction, positive};
+use crate::args::{ModelArguments, StartArguments, directions, fraction, touching};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::loading::{Loaded, load_model, start};
@@ -58,7 +58,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub pack: PackArguments,
     /// Shapes touch up to this gap in metres (limits of hinges: radians).
-    #[arg(long, value_name = "GAP", default_value = "1e-6", value_parser = positive)]
+    #[arg(long, value_name = "GAP", default_value = "1e-6", value_parser = touching)]
     pub touching: f64,
     /// Friction directions of every contact, an even number of at least 4.
     #[arg(long, value_name = "M", default_value_t = 8, value_parser = directions)]
@@ -122,6 +122,9 @@ impl Subject {
         }
         let loaded = load_model(&arguments.model)?;
         let simulation = start(&loaded, &arguments.start, settings.clone())?;
+        if arguments.hold && loaded.model.actuators.is_empty() {
+            eprintln!("note: --hold changes nothing: the model has no actuators that could hold");
+        }
         let judged = match arguments.hold {
             true => Arc::new(held_by_motors(&loaded.model)?),
             false => Arc::clone(&loaded.model),

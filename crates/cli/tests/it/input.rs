@@ -91,6 +91,58 @@ fn wrong_command_lines_exit_with_64() {
     }
 }
 
+/// A run is told where it ends before it begins: where the time step is less than the spacing of doubles.
+#[test]
+fn times_that_no_run_gets_to_are_refused() {
+    let folder = Folder::new("no_end");
+    folder.write("ball.xml", BALL);
+    let end = format!("{:.3e} s", 0.01 * 2.0_f64.powi(53));
+    let refused = |words: &[&str], option: &str| {
+        let done = folder.run(&[words, &[option, "1e300"]].concat()).exits(64);
+        done.complains(&[&format!("{option} 1e300 s"), "steps of 0.01 s", &end]);
+    };
+    for out in ["ball.png", "ball.mp4", "ball.apng"] {
+        refused(&["render", "ball.xml", "--out", out], "--time");
+        assert!(!folder.path(out).exists());
+    }
+    refused(&["simulate", "ball.xml"], "--duration");
+    refused(&["export", "ball.xml", "--out", "p.npz"], "--time");
+    let film = ["render", "ball.xml", "--out", "ball.mp4", "--time", "10", "--fps", "1e9"];
+    folder.run(&film).exits(64).complains(&["--time 10 s", "--fps 1e9", "1.000e10 frames", "at most 2147483647"]);
+}
+
+/// Lengths that a file of a world cannot have, and gaps that do not separate anything from anything.
+#[test]
+fn lengths_that_cannot_be_meant_are_refused() {
+    let folder = Folder::new("lengths");
+    folder.write("box.xml", BOX);
+    let gaps = [("stability", "--touching"), ("simulate", "--gap-resolution")];
+    for (command, option) in gaps {
+        for length in ["1e300", "1.1", "-1e-6", "nan", "inf"] {
+            let message = format!("'{length}' for '{option}");
+            folder.run(&[command, "box.xml", option, length]).exits(64).complains(&[&message, "gap"]);
+        }
+    }
+    folder.run(&["stability", "box.xml", "--touching", "0"]).exits(64).complains(&["'0' for '--touching", "above 0"]);
+    folder.run(&["simulate", "box.xml", "--gap-resolution", "0", "--duration", "0.01"]).exits(0);
+    folder.run(&["stability", "box.xml", "--touching", "1"]).exits(0);
+    for (kind, option) in [
+        ("heap", "--radius"),
+        ("stack", "--size"),
+        ("stairs", "--rise"),
+        ("stairs", "--run"),
+        ("rough", "--size"),
+        ("rough", "--height"),
+        ("terrain", "--size"),
+        ("terrain", "--height"),
+    ] {
+        for length in ["1e300", "1e-300", "0", "nan"] {
+            let message = format!("'{length}' for '{option}");
+            folder.run(&["make", kind, option, length]).exits(64).complains(&[&message, "from 1e-6 to 1e6"]);
+        }
+    }
+}
+
 #[test]
 fn a_recording_in_the_place_of_a_model_is_called_one() {
     let folder = Folder::new("no_model");

@@ -1,6 +1,6 @@
 //! `stability`, and `check` on its proofs.
 
-use crate::support::Folder;
+use crate::support::{BOX, Folder};
 
 /// A box on a slope of 0.3 rad.
 fn slope(friction: f64) -> String {
@@ -129,6 +129,17 @@ fn motors_hold_a_posture() {
     assert_eq!(held.lines()[0]["verdict"], "stays", "{}", held.stderr);
     let margin = held.lines()[0]["safety"]["holds"].as_f64().expect("a margin");
     assert!((margin - 9.81 / 12.0).abs() < 1e-7, "{margin}");
+    assert_eq!(held.stderr, "");
+}
+
+#[test]
+fn nothing_holds_without_motors() {
+    let folder = Folder::new("stability-no-motors");
+    folder.write("box.xml", BOX);
+    let held = folder.run(&["stability", "box.xml", "--hold", "--json"]).exits(0);
+    let plain = folder.run(&["stability", "box.xml", "--json"]).exits(0);
+    assert_eq!((held.stdout, plain.stderr), (plain.stdout, String::new()));
+    assert_eq!(held.stderr, "note: --hold changes nothing: the model has no actuators that could hold\n");
 }
 
 /// The worst direction, circles, where motion begins, ranges, bodies, and both proofs of the limit judged from their files; the page.

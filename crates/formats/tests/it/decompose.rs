@@ -127,3 +127,13 @@ fn meshes_of_urdf_are_taken_apart_where_nothing_can_be_written() {
     assert!(matches!(refused, Err(FormatError::InvalidConcavity { .. })), "{refused:?}");
     fs::remove_dir_all(folder).unwrap();
 }
+
+/// Options that cannot be are refused by all entry points, also where the file has no use for them.
+#[test]
+fn options_are_checked_before_text_is_read() {
+    let text = "<mujoco><worldbody/></mujoco>";
+    let refused = load_mjcf_str_with(text, "", &LoadOptions::default().with_decompose(1.5));
+    assert!(matches!(refused, Err(FormatError::InvalidConcavity { .. })), "{refused:?}");
+    let refused = load_mjcf_str_with(text, "", &LoadOptions::default().with_friction(-1.0));
+    assert!(matches!(refused, Err(FormatError::InvalidFriction { .. })), "{refused:?}");
+}

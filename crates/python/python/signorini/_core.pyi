@@ -506,6 +506,9 @@ class Renderer:
         shadows: whether things throw shadows.
         background: "sky" or "white".
         groups: visibility groups that are shown (MJCF ``group``).
+
+    Raises:
+        ValueError: a picture would have no pixels, or more than 16384 along a side, or there is no such background.
     """
 
     def __new__(
@@ -996,6 +999,9 @@ class Contacts:
     Normals point from geom1 to geom2; forces and impulses act on geom2.
     """
 
+    @staticmethod
+    def _of(contacts: Any, timestep: float, bodies: Any, part: Any) -> Contacts: ...
+    def __reduce__(self) -> Tuple[Any, ...]: ...
     def __len__(self) -> int: ...
     @property
     def gap(self) -> _Array:
@@ -1107,6 +1113,9 @@ class Limits:
 class Certificate:
     """Residuals of the laws of one step or solve; each is 0 for an exact solution, without unit."""
 
+    @staticmethod
+    def _of(residuals: Any) -> Certificate: ...
+    def __reduce__(self) -> Tuple[Any, ...]: ...
     @property
     def momentum(self) -> float:
         """Momentum balance of the claimed velocity and impulses."""
@@ -1167,6 +1176,9 @@ class StageRun:
 class StepReport:
     """What the last step did."""
 
+    @staticmethod
+    def _of(verdict: Any, work: Any, corrections: Any, stages: Any) -> StepReport: ...
+    def __reduce__(self) -> Tuple[Any, ...]: ...
     @property
     def status(self) -> str:
         """"solved", "inaccurate", "unresolved", "infeasible", "iteration_limit"."""
@@ -1446,6 +1458,9 @@ class ContactProblem:
         ProblemError: an array has a wrong shape, a number is not finite or out of range, M is not positive definite.
     """
 
+    @staticmethod
+    def _from_bytes(bytes: bytes) -> ContactProblem: ...
+    def __reduce__(self) -> Tuple[Any, ...]: ...
     def __new__(
         cls,
         M: _MatrixLike,

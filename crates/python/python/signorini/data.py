@@ -223,7 +223,7 @@ class JointData(Strict):
 
     @qpos.setter
     def qpos(self, value: Any) -> None:
-        self._data.qpos[self._q] = value
+        _assign(self._data.qpos, self._q, "qpos", value)
 
     @property
     def qvel(self) -> Array:
@@ -232,7 +232,7 @@ class JointData(Strict):
 
     @qvel.setter
     def qvel(self, value: Any) -> None:
-        self._data.qvel[self._v] = value
+        _assign(self._data.qvel, self._v, "qvel", value)
 
     @property
     def qfrc_applied(self) -> Array:
@@ -241,7 +241,7 @@ class JointData(Strict):
 
     @qfrc_applied.setter
     def qfrc_applied(self, value: Any) -> None:
-        self._data.qfrc_applied[self._v] = value
+        _assign(self._data.qfrc_applied, self._v, "qfrc_applied", value)
 
     def __repr__(self) -> str:
         return f"<signorini.JointData {self.id} '{self.name}' at {self.qpos}>"
@@ -268,7 +268,7 @@ class ActuatorData(Strict):
 
     @ctrl.setter
     def ctrl(self, value: float) -> None:
-        self._data.ctrl[self.id] = value
+        _assign(self._data.ctrl, self.id, "ctrl", value)
 
     def __repr__(self) -> str:
         return f"<signorini.ActuatorData {self.id} '{self.name}' at {self.ctrl}>"
@@ -318,3 +318,9 @@ class Recorder:
 def _row(array: Array, i: int) -> Array:
     row: Array = array[i]
     return row
+
+
+def _assign(array: Array, at: Union[int, slice], name: str, value: Any) -> None:
+    if value is None:
+        raise TypeError(f"{name}: None is no number")
+    array[at] = value
