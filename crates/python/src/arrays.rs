@@ -85,6 +85,10 @@ fn read(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)
 
 /// The value, where it is not `None` and lists none, which NumPy would take for NaN.
 pub fn without_none<'a, 'py>(name: &str, value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyAny>> {
+    // Most are arrays of numbers, assigned in every step.
+    if value.cast::<PyArrayDyn<f64>>().is_ok() {
+        return Ok(value);
+    }
     let py = value.py();
     let array = py.import(intern!(py, "numpy"))?.call_method1(intern!(py, "asarray"), (value,))?;
     let is_object = array.getattr(intern!(py, "dtype"))?.getattr(intern!(py, "hasobject"))?.is_truthy()?;
