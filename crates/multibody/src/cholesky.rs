@@ -175,13 +175,21 @@ impl BlockCholesky {
         }
     }
 
-    /// `x ← A⁻¹ right + y` in the blocks that are not known.
-    pub(crate) fn solve_and_add_of<K: Known>(&self, known: K, right: &[f64], y: &[f64], x: &mut [f64]) {
+    /// `x ← A⁻¹ right + y` in the blocks that are not known, but for those that come `from_elsewhere`, in which anything may be left.
+    pub(crate) fn solve_and_add_of<K: Known>(
+        &self,
+        known: K,
+        from_elsewhere: impl Fn(usize) -> bool,
+        right: &[f64],
+        y: &[f64],
+        x: &mut [f64],
+    ) {
         if self.all_diagonal && !K::IS_SOME {
             let entries = x.iter_mut().zip(&self.inverse_diagonal).zip(right).zip(y);
             return entries.for_each(|(((x, inverse), right), y)| *x = right * inverse * inverse + y);
         }
-        for (b, block) in self.layout.blocks.iter().enumerate().filter(|(b, _)| !known.has_block(*b)) {
+        let asked = |b: &usize| !known.has_block(*b) && !from_elsewhere(*b);
+        for (b, block) in self.layout.blocks.iter().enumerate().filter(|(b, _)| asked(b)) {
             let own = &mut x[block.range()];
             own.copy_from_slice(&right[block.range()]);
             self.solve_block_in_place(b, own);

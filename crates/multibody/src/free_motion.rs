@@ -236,7 +236,8 @@ fn free_motion_of(
     loop {
         assemble(model, state, input, dt, known, out);
         out.factor.refactor_of(&out.mass.matrix, known)?;
-        out.factor.solve_and_add_of(known, &out.rhs, &state.v, &mut out.free_velocity);
+        let turns = |block| out.coriolis.has_block(block);
+        out.factor.solve_and_add_of(known, turns, &out.rhs, &state.v, &mut out.free_velocity);
         out.coriolis.advance((&out.mass.matrix, &out.factor), &out.rhs, &state.v, &mut out.free_velocity);
         if !saturate(model, dt, out) {
             out.unresolved_rotations += out.coriolis.unresolved();
