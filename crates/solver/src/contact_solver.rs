@@ -274,7 +274,8 @@ impl ContactSolver {
     /// Looks again at what was found, and without a start.
     fn look_further(&mut self, problem: &ContactProblem, is_given: bool, solution: &mut ContactSolution) -> bool {
         let second_looks = if self.patience == Patience::Full { TUNING.second_looks } else { 0 };
-        self.look_again(problem, second_looks, solution) || is_given && self.look_without_start(problem, solution)
+        let is_asked = is_given && self.patience != Patience::Short;
+        self.look_again(problem, second_looks, solution) || is_asked && self.look_without_start(problem, solution)
     }
 
     /// Goes on from what was found, where the certificate asks for more than the islands did, or some lack something: those have to
