@@ -43,8 +43,9 @@ struct Held {
     residual: f64,
     most: f64,
     most_at_rest: f64,
-    /// Contacts and friction groups in it.
+    /// Contacts and friction groups in it, and blocks of the mass matrix.
     units: usize,
+    blocks: usize,
     /// The largest entry of an impulse, and of the Delassus diagonals.
     largest: f64,
     scale: f64,
@@ -125,7 +126,7 @@ impl GivenStart {
         let scales = (0..residuals.len()).map(|k| islands.scale_of(k));
         let held = |scale| Held { holds: scale > 0.0, rests: true, ..Held::default() };
         self.islands.extend(scales.map(held));
-        self.count_units(islands);
+        self.count_parts(problem, islands);
         self.limit_errors(islands, settings);
         self.look_for_motion(problem, islands);
         self.check_laws(problem, cones, islands);
@@ -154,21 +155,25 @@ impl GivenStart {
         held.for_each(|(residual, _)| *residual = f64::INFINITY);
     }
 
-    fn count_units(&mut self, islands: &Islands) {
+    fn count_parts(&mut self, problem: &ContactProblem, islands: &Islands) {
         for k in (0..self.impulse.len()).filter_map(|i| islands.of_unit(i)) {
             self.islands[k].units += 1;
         }
+        for k in (0..problem.mass.blocks().len()).filter_map(|b| islands.of_block(b)) {
+            self.islands[k].blocks += 1;
+        }
     }
 
-    /// Rounding adds up: at rest of each contact of a stack, so that a velocity that its certificate permits would move what lies on top, and the next step,
+    /// Rounding adds up: at rest from body to body of a stack, so that a velocity that its contacts permit would move what lies on top, and the next step,
     /// which takes that back, leave impulses that the one after it has to; in a large island of gaps metres above the ground, too, and of impulses that carry
     /// many bodies. What rests may lack so much more: with velocity zero it lacks no more in the next step. In a large island it may lack what counts as solved,
     /// as the last digits of a heap, in which sticking contacts contradict each other by their rounding, would cost a cold solve in every step.
     fn limit_errors(&mut self, islands: &Islands, settings: &SolverSettings) {
         for (k, held) in self.islands.iter_mut().enumerate() {
             let scale = islands.scale_of(k);
-            let rounded = RESIDUALS.rounded * settings.polish * scale;
-            (held.most, held.most_at_rest) = (settings.polish * scale, rounded);
+            let polished = settings.polish * scale;
+            let rounded = RESIDUALS.rounded * polished;
+            (held.most, held.most_at_rest) = (polished, if held.blocks > 1 { rounded } else { polished });
             if held.units >= SIZES.large {
                 let closely = accepted_closely(held.units, settings).min(SIZES.closely[1] * SIZES.rough);
                 (held.most, held.most_at_rest) = (rounded, rounded.max(closely * scale));
