@@ -274,8 +274,7 @@ impl ContactSolver {
     /// Looks again at what was found, and without a start.
     fn look_further(&mut self, problem: &ContactProblem, is_given: bool, solution: &mut ContactSolution) -> bool {
         let second_looks = if self.patience == Patience::Full { TUNING.second_looks } else { 0 };
-        let is_asked = is_given && self.patience != Patience::Short;
-        self.look_again(problem, second_looks, solution) || is_asked && self.look_without_start(problem, solution)
+        self.look_again(problem, second_looks, solution) || is_given && self.look_without_start(problem, solution)
     }
 
     /// Goes on from what was found, where the certificate asks for more than the islands did, or some lack something: those have to
@@ -316,7 +315,7 @@ impl ContactSolver {
     /// larger than any that this problem asks for, and their last digits more than its tolerance. Keeps what certifies better; whether the certificate
     /// holds.
     fn look_without_start(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        if !self.verdict.is_out_of_digits(solution) {
+        if self.patience == Patience::Short || !self.verdict.is_out_of_digits(solution) {
             return false;
         }
         let lacks = self.lacking();
