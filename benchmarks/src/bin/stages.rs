@@ -83,7 +83,6 @@ fn cluster(seed: u64, motion: Motion, gap: Gap) -> ContactProblem {
 /// Solves problems and counts.
 struct Counter {
     solver: ContactSolver,
-    sleeper: ContactSolver,
     /// With so few iterations that large islands come to the last stages, too: with the settings as they are, none of 643 clusters did.
     hurried: ContactSolver,
     /// With contact sweeps in all large islands: by themselves they are for thousands of contacts.
@@ -97,26 +96,22 @@ impl Counter {
     fn new() -> Result<Self, Box<dyn Error>> {
         let settings = SolverSettings::default().with_time_stages(true);
         let solver = ContactSolver::new(settings.clone())?;
-        let sleeper = ContactSolver::new(settings.clone().with_sleeping(true))?;
         let hurried = ContactSolver::new(settings.clone().with_max_proximal_iterations(1))?;
         let sweeper = ContactSolver::new(settings.with_sweeps_from(64))?;
-        Ok(Self { solver, sleeper, hurried, sweeper, counts: StageCounts::default(), sum: StageCounts::default() })
+        Ok(Self { solver, hurried, sweeper, counts: StageCounts::default(), sum: StageCounts::default() })
     }
 
-    /// Solves a problem cold, again from its solution, where islands may sleep, in a hurry, by sweeps, and one nearby from there.
+    /// Solves a problem cold, again from its solution, in a hurry, by sweeps, and one nearby from there.
     fn solve(&mut self, mut problem: ContactProblem, random: &mut Random) {
         let cold = self.solver.solve(&problem, None);
         let start = WarmStart::from_solution(&cold);
         let warm = self.solver.solve(&problem, Some(&start));
-        let asleep = self.sleeper.solve(&problem, Some(&start));
         let hurried = self.hurried.solve(&problem, None);
         let swept = self.sweeper.solve(&problem, None);
         let scale = 0.1 * problem.velocity_scale();
         problem.free_velocity.iter_mut().for_each(|v| *v += scale * random.normal());
         let nearby = self.solver.solve(&problem, Some(&start));
-        [cold, warm, asleep, hurried, swept, nearby]
-            .iter()
-            .for_each(|solution| self.counts.add(&solution.report.stages));
+        [cold, warm, hurried, swept, nearby].iter().for_each(|solution| self.counts.add(&solution.report.stages));
     }
 
     fn report(&mut self, name: &str) {

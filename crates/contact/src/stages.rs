@@ -8,8 +8,6 @@ use std::ops::{Index, IndexMut};
 pub enum StageKind {
     /// The start solves the island already, and is taken as it is.
     Hold,
-    /// The start's impulses hold the island still (`SolverSettings::sleeping`).
-    Sleep,
     /// Newton's method in the space of impulses.
     Impulses,
     /// Modes from projected Gauss–Seidel sweeps.
@@ -28,9 +26,8 @@ pub enum StageKind {
 
 impl StageKind {
     /// All stages, in their order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 8] = [
         Self::Hold,
-        Self::Sleep,
         Self::Impulses,
         Self::Sweeps,
         Self::ContactSweeps,
@@ -44,7 +41,6 @@ impl StageKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
-            Self::Sleep => "sleep",
             Self::Impulses => "impulses",
             Self::Sweeps => "sweeps",
             Self::ContactSweeps => "contact sweeps",
@@ -62,8 +58,6 @@ impl StageKind {
 pub enum StageOutcome {
     /// The laws hold to the accuracy that the stage works to.
     Solved,
-    /// The island rests.
-    AtRest,
     /// Modes are there to begin with.
     Prepared,
     /// The rows are proved to contradict each other.
@@ -87,7 +81,6 @@ impl StageOutcome {
     pub fn name(self) -> &'static str {
         match self {
             Self::Solved => "solved",
-            Self::AtRest => "at rest",
             Self::Prepared => "prepared",
             Self::Contradiction => "contradiction",
             Self::Slow => "slow",

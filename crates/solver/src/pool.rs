@@ -120,7 +120,6 @@ fn write(result: &mut IslandResult, index: usize, island: &Island, solution: &mu
     report.proximal_iterations += result.effort.proximal_iterations;
     report.lemke_pivots += result.effort.pivots;
     report.lemke_islands += result.stages[StageKind::Lemke].asked as u32;
-    report.sleeping_islands += usize::from(result.asleep);
     report.sweeps = report.sweeps.max(result.effort.sweeps);
     report.unfinished_islands += u32::from(result.is_unfinished);
     report.stages.add(&result.stages);

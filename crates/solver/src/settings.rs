@@ -56,8 +56,8 @@ pub struct SolverSettings {
     /// enough rows beside the largest island; 0 for as many as the pool has, 1 for the caller's alone. The result has the
     /// same bits whatever it is. Default 1: waking threads costs more than small islands do.
     pub threads: usize,
-    /// Whether islands that the impulses of the warm start hold still, to rounding and within the tolerance, are left at velocity
-    /// zero without solving. The certificate is computed as ever. Default false.
+    /// Whether islands that the impulses of the warm start hold still, to rounding, and which are left at velocity zero without solving, are
+    /// told as sleeping ([`SolveReport::sleeping_islands`](signorini_contact::SolveReport::sleeping_islands)). Default false.
     pub sleeping: bool,
     /// Whether the time of every stage is measured, for [`SolveReport::stages`](signorini_contact::SolveReport::stages). Default false:
     /// a clock is read twice for each stage of each island.

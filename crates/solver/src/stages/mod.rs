@@ -7,7 +7,6 @@ mod interior;
 mod lemke;
 mod proximal;
 mod shared;
-mod sleep;
 mod standing;
 mod sweeps;
 
@@ -34,8 +33,6 @@ struct Stage {
 /// is small enough, where a stage proved that it has no solution, or where its budget is used up.
 #[rustfmt::skip]
 const CASCADE: [Stage; StageKind::ALL.len()] = [
-    // the start's impulses hold the island still: nothing to solve (where the settings allow it)
-    Stage { kind: StageKind::Sleep, applies: sleep::applies, run: |w, t, i| sleep::run(&mut w.sleep, &mut w.shared, t, i) },
     // warm, with few rows, as robots are: Newton's method on the impulses
     Stage { kind: StageKind::Impulses, applies: impulses::applies, run: |w, t, i| impulses::run(&mut w.impulses, &mut w.shared, t, i) },
     // cold and small: modes from projected Gauss–Seidel sweeps
@@ -59,7 +56,6 @@ const CASCADE: [Stage; StageKind::ALL.len()] = [
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
     shared: Shared,
-    sleep: sleep::Loads,
     impulses: impulses::ImpulseNewton,
     sweeps: sweeps::Sweeps,
     contact_sweeps: contact_sweeps::Memory,
@@ -76,8 +72,6 @@ pub(crate) struct IslandResult {
     pub iterate: Iterate,
     pub effort: Effort,
     pub stages: StageCounts,
-    /// Whether nothing had to be solved.
-    pub asleep: bool,
     /// Whether it was left because the budget of sweeps was used up.
     pub is_unfinished: bool,
     /// Contacts whose rows are proved to contradict each other.
@@ -91,7 +85,7 @@ pub(crate) struct IslandResult {
 impl IslandResult {
     /// Forgets another island, but for the iterate.
     pub fn begin(&mut self) {
-        (self.effort, self.stages, self.asleep, self.is_unfinished) = Default::default();
+        (self.effort, self.stages, self.is_unfinished) = Default::default();
         self.contradiction.clear();
         self.failure = None;
         self.history.clear();
@@ -140,7 +134,7 @@ pub(crate) fn solve_island(workspace: &mut Workspace, task: &Task, result: &mut 
             let residuals = workspace.shared.residuals.clone();
             result.history.push(StageRun { island: 0, stage: stage.kind, outcome: why, residuals });
         }
-        (result.asleep, result.failure) = (why == StageOutcome::AtRest, status);
+        result.failure = status;
         result.is_unfinished = why == StageOutcome::OutOfBudget && !is_last;
         if why == StageOutcome::Contradiction {
             result.contradiction.extend(workspace.shared.proximal.contradicting(task));
