@@ -47,8 +47,6 @@ const LEAST_PIVOT: f64 = 0.5;
 pub(crate) struct CoriolisSystem {
     layout: Arc<Layout>,
     trees: Vec<Tree>,
-    /// Of every block of the mass matrix, whether it is a tree's that is not slow.
-    advances: Vec<bool>,
     motion: MotionDerivatives,
     /// Which links have these forces from elsewhere (trees whose degrees of freedom interleave share a block).
     apart: Vec<bool>,
@@ -128,7 +126,6 @@ impl CoriolisSystem {
         let empty = Triangles { above: vec![0.0; entries], below: vec![0.0; entries] };
         Self {
             apart: links.all.iter().map(|link| apart(link.dofs.start)).collect(),
-            advances: vec![false; layout.blocks.len()],
             layout,
             trees,
             bodies: parts,
@@ -158,7 +155,6 @@ impl CoriolisSystem {
             let fastest = tree.turning.iter().fold(0.0_f64, |most, &k| most.max(v[k].abs()));
             let slow = known.has_block(tree.block) || fastest * dt < f64::EPSILON;
             tree.pace = if slow { Pace::Slow } else { Pace::Resolved };
-            self.advances[tree.block] = !slow;
             if !slow {
                 self.write(t, model, (kinematics, placed), v, dt);
             }
@@ -167,7 +163,8 @@ impl CoriolisSystem {
 
     /// Whether [`advance`](Self::advance) writes the velocity of a block of the mass matrix.
     pub fn has_block(&self, block: usize) -> bool {
-        self.advances[block]
+        let tree = self.trees.binary_search_by_key(&block, |tree| tree.block);
+        tree.is_ok_and(|t| self.trees[t].pace != Pace::Slow)
     }
 
     /// Number of trees that turn too fast for Δt.

@@ -82,6 +82,17 @@ impl Arguments {
     fn rate(&self) -> f64 {
         self.fps.unwrap_or(30.0)
     }
+
+    /// How pictures are made; those of films with fewer rays.
+    fn settings(&self, film: bool) -> RenderSettings {
+        RenderSettings::default()
+            .with_samples(self.samples.map_or(if film { 1 } else { 16 }, usize::from))
+            .with_groups(self.groups.clone())
+            .with_background(match self.background {
+                BackgroundName::Sky => Background::Sky,
+                BackgroundName::White => Background::White,
+            })
+    }
 }
 
 /// What is behind everything, by name.
@@ -117,15 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let film = form != Form::Picture;
     let loaded = load_model(&arguments.model)?;
     let simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
-    let samples = arguments.samples.map_or(if film { 1 } else { 16 }, usize::from);
-    let settings = RenderSettings::default()
-        .with_samples(samples)
-        .with_groups(arguments.groups.clone())
-        .with_background(match arguments.background {
-            BackgroundName::Sky => Background::Sky,
-            BackgroundName::White => Background::White,
-        });
-    let renderer = Renderer::new(Arc::clone(&loaded.model), settings);
+    let renderer = Renderer::new(Arc::clone(&loaded.model), arguments.settings(film));
     let mut studio =
         Studio { arguments, simulation, renderer, framed: None, spent: Duration::ZERO, interrupted: false };
     let time = arguments.time.unwrap_or(if film { 2.0 } else { 0.0 });
